@@ -36,8 +36,8 @@ def run(options: argparse.Namespace) -> int:
     from linkages.explore.compare import compare
 
     system = load_system(options, {"solver.accuracy": options.accuracy})
-    out = output_folder(options, f"{system.experiment.source.stem}_compare", "compare")
-    result = compare(system, stages(options, system.experiment.duration, "s"))
+    out = output_folder(options, f"{system.description.stem}_compare", "compare")
+    result = compare(system, stages(options, system.settings.duration, "s"))
     rows = {
         name: {"max_difference": row.max_difference, "relative": row.relative}
         for name, row in result.differences.items()
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "compare.json", rows)
         write_json(folder / "warnings.json", result.warnings)
         table = format_comparison(result, system)
-        title = system.experiment.title or system.experiment.source.stem
+        title = system.description.heading
         record(options, folder, title, "Do both engines agree?", _answer(result), table)
     print_results(options, table, out)
     return report_failures({f"the {engine} run": found for engine, found in result.runs.items()})

@@ -32,7 +32,7 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
     count = min(options.count, len(found.squares))
     over = None
     if options.cycle is not None:
-        times = np.linspace(0.0, common_period(system) or system.experiment.duration, options.cycle + 1).tolist()
+        times = np.linspace(0.0, common_period(system) or system.settings.duration, options.cycle + 1).tolist()
         over = modes_over(system, times, count, progress_bar("modes over the cycle"))
     result = content(system, found, over, count)
     with out as folder:

@@ -185,7 +185,7 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
     system = load(file, values, COMMAND_LINE)
     _check_set(system, file, values)
     if getattr(options, "units", None) is None:
-        show_in(system.experiment.units, (system.experiment.source, "units"))
+        show_in(system.description.units, (system.description.source, "units"))
     if getattr(options, "ideal", False):
         ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
         return system.replaced(ideal, COMMAND_LINE)

@@ -106,8 +106,8 @@ def run(options: argparse.Namespace) -> int:
     if options.exaggerate is not None and not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
     system = load_system(options)
-    out = output_folder(options, system.experiment.source.stem, "simulate")
-    progress = stages(options, system.experiment.duration, "s")
+    out = output_folder(options, system.description.stem, "simulate")
+    progress = stages(options, system.settings.duration, "s")
     say = (lambda text: None) if options.quiet else partial(print, flush=True)
     for doubt in doubts(system.mechanism, system.tree.extent, system.experiment):
         say(f"warning: {doubt}")

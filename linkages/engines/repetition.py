@@ -27,7 +27,7 @@ def tightened(system: System, run: Trajectory, ratio: float) -> System:
     rigid segments. Films with history choose their film step, also where the experiment gives a constant one: a
     constant one that is longer than an impact has nearly the same error as half of it.
     """
-    accuracy, times = system.experiment.solver.accuracy * ratio, run.time
+    accuracy, times = system.settings.accuracy * ratio, run.time
     step = float(min(_SHORTER * _typical_step(times), times[-1] / _FEWEST))
     finer = {"solver.accuracy": accuracy, "solver.max_step": step} | _finer_films(system)
     if len(system.tree.modal_frequencies):

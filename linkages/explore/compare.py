@@ -152,14 +152,14 @@ def compare(system: System, progress: Callable[[str], TimeReport] | None = None)
 
 def looser(system: System) -> System:
     """Return the same system with a ten times looser accuracy."""
-    return system.replaced({"solver.accuracy": min(10.0 * system.experiment.solver.accuracy, 0.1)})
+    return system.replaced({"solver.accuracy": min(10.0 * system.settings.accuracy, 0.1)})
 
 
 def names(system: System) -> list[str]:
     """Return the compared columns: outputs, force and eccentricity of clearance joints, drive torques."""
     joints, drives = system.experiment.play, system.experiment.drives
     of_joints = [f"{joint}.{what}" for joint in joints for what in ("force", "eccentricity_ratio")]
-    return [*dict.fromkeys([*system.experiment.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)])]
+    return [*dict.fromkeys([*system.settings.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)])]
 
 
 def differences(run: Trajectory, other: Trajectory, columns: list[str], until: float) -> dict[str, Difference]:

@@ -61,7 +61,7 @@ class Flow:
         run.
         """
         pieces = [] if self._last is None else [self._last]
-        while self.status is Status.OK and self.t < min(times[-1], self.system.experiment.duration):
+        while self.status is Status.OK and self.t < min(times[-1], self.system.settings.duration):
             self._last = self._take(WINDOW)
             pieces.append(self._last)
         piece = join(pieces)

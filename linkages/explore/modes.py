@@ -157,7 +157,7 @@ def _modes(pose: StaticSystem) -> Modes:
     matrices = linearised(Runner(pose), pose.time)
     if not matrices.ways.size:
         problem = "has no modes: no link is flexible, and its drives fix all joints"
-        raise InputError(pose.experiment.source, "links", f'{problem}; set links.NAME.model = "flexible"')
+        raise InputError(pose.description.source, "links", f'{problem}; set links.NAME.model = "flexible"')
     inverse = np.linalg.inv(np.linalg.cholesky(matrices.mass))
     standard = inverse @ matrices.stiffness @ inverse.T
     size, twist = np.abs(standard).max(), np.abs(standard - standard.T).max()

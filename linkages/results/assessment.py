@@ -80,7 +80,7 @@ class Assessment(Brief):
     no_ideal: str = ""
 
     def _facts(self) -> tuple[str, dict[str, str]]:
-        title = self.system.experiment.title or self.system.experiment.source.stem
+        title = self.system.description.heading
         parts = {"run": self.run, "ideal": self.ideal, "tighter": self.tighter}
         rows = {name: part._facts()[0] if part is not None else "not computed" for name, part in parts.items()}
         return f"{title}; {self.engine} engine, {self.run.status.value}", rows

@@ -67,7 +67,7 @@ def check_data(system: System) -> None:
                 check_output(system, column.output)
             except InputError as problem:
                 raise InputError(
-                    system.experiment.source, f"data.columns.{name}.output", str(problem.problem)
+                    system.description.source, f"data.columns.{name}.output", str(problem.problem)
                 ) from None
 
 
@@ -76,7 +76,7 @@ def measured(system: System, run: Trajectory) -> dict[str, Measured]:
 
     Without ``[data.columns]`` each column of the file that is named like an output is compared.
     """
-    data, source = system.experiment.data, system.experiment.source
+    data, source = system.experiment.data, system.description.source
     if data is None or data.recording is None:
         return {}
     recording = data.recording

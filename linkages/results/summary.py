@@ -71,7 +71,7 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
         "duration": float(run.time[-1]),
         "status": run.status.value,
         "mechanism": {
-            "name": system.mechanism.name,
+            "name": system.description.machine,
             "mobility": system.assembly.mobility,
             "driven": [*tree.driven, *tree.powered],
             "joints": {joint.name: [joint.parent, joint.child] for joint in system.mechanism.joints},

@@ -23,10 +23,13 @@ from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
+from linkages.system.description import Description, description_of
 from linkages.system.flexible_link import flexible_link
+from linkages.system.joints import SystemJoint, joints_of
 from linkages.system.law_records import ContactLaws, contact_laws
 from linkages.system.lightness import negligible_inertials
 from linkages.system.load_records import pack_loads, unilateral_ends, unilateral_models
+from linkages.system.settings import Settings, settings_of
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
 
@@ -77,6 +80,23 @@ class Unassembled(Brief):
 
     def __post_init__(self) -> None:
         check(self.mechanism, self.experiment)
+
+    # -- what later steps ask instead of mechanism and experiment ---------------------------------
+
+    @cached_property
+    def settings(self) -> Settings:
+        """Return the settings of a run."""
+        return settings_of(self.experiment)
+
+    @cached_property
+    def description(self) -> Description:
+        """Return names and files, for tables, figures and errors."""
+        return description_of(self.mechanism, self.experiment)
+
+    @cached_property
+    def joints(self) -> dict[str, SystemJoint]:
+        """Return the joints by name, with their places in the reference configuration, and clearances."""
+        return joints_of(self.mechanism, self.experiment)
 
     # -- the tree ----------------------------------------------------------------------------------
 

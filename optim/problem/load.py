@@ -225,7 +225,7 @@ def _point(
     windows = {
         key: _times(path, f"windows.{key}", window, system.experiment, design) for key, window in file.windows.items()
     }
-    windows["run"] = np.array([[0.0, system.experiment.duration]])
+    windows["run"] = np.array([[0.0, system.settings.duration]])
     return OperatingPoint(name, system, (*variables.values(), *formulas), tuple(formulas.values()), windows)
 
 

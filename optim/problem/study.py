@@ -184,7 +184,7 @@ class Study(Brief):
 
         A store can be resumed by a study of the same description, so its content must not change.
         """
-        machine = self.points[0].system.mechanism.source
+        machine = self.points[0].system.description.machine_source
         return {
             "problem": self.file.model_dump(exclude={"title", "seed", "algorithm", "experiment", "designs"}),
             "scatter": {} if self.scatter is None else content(self.scatter),

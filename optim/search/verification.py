@@ -63,16 +63,16 @@ def verify(
         return report | {"status": f"the optimum {why}", "phases": None}
     if any(term.output.startswith(LIFE) for _, _, quantity in study.quantities for term in quantity.terms or ()):
         return report | {"status": "only the compiled engine computes a service life", "phases": None}
-    tight = study.replaced(lambda system: {"solver.accuracy": _TIGHTER * system.experiment.solver.accuracy})
+    tight = study.replaced(lambda system: {"solver.accuracy": _TIGHTER * system.settings.accuracy})
     design = np.array([[best["variables"][path] for path in study.paths]])
     relative = any(quantity.relative for _, _, quantity in study.quantities)
-    total = (2 if relative else 1) * sum(point.system.experiment.duration for point in study.points)
+    total = (2 if relative else 1) * sum(point.system.settings.duration for point in study.points)
     done = 0.0
 
     def engine(request: Request) -> Statistics:
         nonlocal done
         found = run_on_drake(request, progress and (lambda time: progress((done + time) / total)))
-        done += len(request.values) * request.point.system.experiment.duration
+        done += len(request.values) * request.point.system.settings.duration
         return found
 
     evaluate = Evaluator(tight, engine=engine)

@@ -114,7 +114,7 @@ def without_effect(system: System, before: System, path: str) -> str:
 
 def differ(one: System, other: System, outputs: Sequence[str] = ()) -> bool:
     """Check whether the runs of two systems, and the requested outputs, read different numbers."""
-    wanted = [*dict.fromkeys((*one.experiment.outputs, *outputs))]
+    wanted = [*dict.fromkeys((*one.settings.outputs, *outputs))]
     first, second = (_numbers(each, wanted) for each in (one, other))
     if first.structure != second.structure:
         return True
@@ -122,7 +122,7 @@ def differ(one: System, other: System, outputs: Sequence[str] = ()) -> bool:
 
 
 def _numbers(system: System, outputs: Sequence[str]) -> Contents:
-    return contents(make_given(system, pack(system, outputs), np.array([[0.0, system.experiment.duration]])))
+    return contents(make_given(system, pack(system, outputs), np.array([[0.0, system.settings.duration]])))
 
 
 # -- the same linkage in another reference configuration ---------------------------------------------------------------

@@ -168,8 +168,8 @@ class Stepper:
             If the time is not after the present one or is after the experiment's duration, or an input is unknown or
             not finite, or the motion has ended.
         """
-        if not self._time < time <= self.system.experiment.duration * (1.0 + _EARLY):
-            last = self.system.experiment.duration
+        if not self._time < time <= self.system.settings.duration * (1.0 + _EARLY):
+            last = self.system.settings.duration
             raise InputError("argument", "time", f"is {time:g} s; it must be after {self._time:g} s, up to {last:g} s")
         if self._status is not Status.OK:
             raise InputError("argument", "time", f"the motion ended with the status {self._status.value}; restore")
@@ -240,7 +240,7 @@ def _of_value(system: System, path: str, numbers: Array) -> _Places:
     moves = any((a != b).any() for a, b in zip(system.motions.arrays, other.motions.arrays, strict=True))
     if moves or not len(index[0]) or (numbers[index] != value).any():
         problem = "is no number of a load's or state's formula alone: a motion or a feedforward reads it, or no formula"
-        raise InputError(system.experiment.source, f'input "{path}"', problem)
+        raise InputError(system.description.source, f'input "{path}"', problem)
     return _Places(numbers, index)
 
 

@@ -233,7 +233,7 @@ def _is_taken(builder: DiagramBuilder, name: str) -> bool:
 
 def _free_name(builder: DiagramBuilder, system: System) -> str:
     """Return a name that the diagram does not have yet: none, the mechanism's, the same with a number."""
-    own = system.mechanism.name
+    own = system.description.machine
     names = chain(["", own], (f"{own}_{number}" for number in count(2)))
     return next(name for name in names if not _is_taken(builder, name))
 
@@ -259,7 +259,7 @@ def build_diagram(system: System, meshcat: Meshcat | None = None, samples: bool 
     builder = DiagramBuilder()
     linkage = add_linkage(builder, system, meshcat=meshcat, samples=samples)
     diagram = builder.Build()
-    diagram.set_name(system.mechanism.name)
+    diagram.set_name(system.description.machine)
     return diagram, linkage
 
 

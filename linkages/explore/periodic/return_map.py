@@ -97,7 +97,7 @@ class ReturnMap:
         given: tuple[Array, Array] | None = None,
     ) -> None:
         system.check_analysis(Analysis.PERIODIC)
-        self._system = system.replaced({"solver.accuracy": min(accuracy, system.experiment.solver.accuracy)})
+        self._system = system.replaced({"solver.accuracy": min(accuracy, system.settings.accuracy)})
         self._path, self.periods = path, periods
         ramps = (drive.ramp for drive in system.experiment.drives.values())
         period = self._period(None if path is None else system.value(path))
@@ -121,7 +121,7 @@ class ReturnMap:
         self._unread = {f"s.{name}" for name in system.experiment.unread_states}
         if self._unread.issuperset(self._local.names):
             problem = "they determine the whole motion, so every motion is periodic"
-            raise InputError(system.experiment.source, "drives", problem)
+            raise InputError(system.description.source, "drives", problem)
         model = flow.runner.model
         self._reference = flow.y.copy()
         self._memory = flow.memory.copy()
@@ -150,7 +150,7 @@ class ReturnMap:
     def _flow(self, value: float | None, periods: int) -> tuple[Flow, float]:
         """Return a flow for a value, and the common period of its drives."""
         period = self._period(value)
-        longest = min(self._system.experiment.solver.max_step or np.inf, period / _STEPS)
+        longest = min(self._system.settings.max_step or np.inf, period / _STEPS)
         changed: dict[str, float] = {"duration": periods * period, "solver.max_step": longest}
         if self._path is not None and value is not None:
             changed[self._path] = value
@@ -161,7 +161,7 @@ class ReturnMap:
         given = self._system if self._path is None or value is None else self._system.replaced({self._path: value})
         period = common_period(given)
         if period is None:
-            where = self._system.experiment.source
+            where = self._system.description.source
             raise InputError(where, "drives", "have no common period, or loads depend on time: no motion is periodic")
         return period
 

@@ -124,7 +124,7 @@ def check_wears(system: System, drive: str | None = None) -> tuple[Wearing, ...]
     system.check_analysis(Analysis.WEAR)
     joints = wearing(system)
     if not joints:
-        raise InputError(system.experiment.source, "joints", "no joint wears; give one a table [joints.NAME.wear]")
+        raise InputError(system.description.source, "joints", "no joint wears; give one a table [joints.NAME.wear]")
     period_of(system, drive)
     return joints
 
@@ -213,7 +213,7 @@ def watched(system: System) -> list[str]:
     """
     drives = system.experiment.drives
     found = [f"{name}.force" for name in system.tree.journals] + [f"{name}.torque" for name in drives]
-    found += [f"{name}{JITTER}" if has_jitter(system, name) else name for name in system.experiment.outputs]
+    found += [f"{name}{JITTER}" if has_jitter(system, name) else name for name in system.settings.outputs]
     return list(dict.fromkeys(found))
 
 

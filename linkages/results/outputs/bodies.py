@@ -59,7 +59,7 @@ def _point(system: System, name: str) -> Element:
 
 def _joints_asked(system: System) -> Iterable[str]:
     """List the joints whose position the experiment reports."""
-    parts = (name.rpartition(".") for name in system.experiment.outputs)
+    parts = (name.rpartition(".") for name in system.settings.outputs)
     asked = {joint for joint, _, quantity in parts if quantity in PIN_QUANTITIES}
     return (name for name in system.mechanism.joint if name in asked)
 

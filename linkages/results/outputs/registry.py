@@ -102,14 +102,14 @@ def check_output(system: System, name: str) -> None:
 
 def check_outputs(system: System) -> None:
     """Check that the experiment's outputs exist; InputError for the first unknown one."""
-    for name in system.experiment.outputs:
+    for name in system.settings.outputs:
         check_output(system, name)
 
 
 def default_outputs(system: System) -> tuple[str, ...]:
     """List the experiment's outputs, force and eccentricity of each contact, torques of the drives."""
     labels = [label for _, label in system.tree.contacts]
-    found = [*system.experiment.outputs]
+    found = [*system.settings.outputs]
     found += [f"{label}.{name}" for label in labels for name in ("force", "eccentricity_ratio")]
     found += [f"{name}.torque" for name in system.experiment.drives]
     return tuple(dict.fromkeys(found))
@@ -161,7 +161,7 @@ def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Declaration
 
 
 def _wrong(system: System, name: str, reason: str) -> InputError:
-    return InputError(system.experiment.source, f'output "{name}"', reason)
+    return InputError(system.description.source, f'output "{name}"', reason)
 
 
 def _determinate(system: System) -> bool:

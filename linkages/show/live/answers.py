@@ -202,7 +202,7 @@ class Answers:
         values = self._values(request)
         part, system = session.part_shown(values, lambda: False), session.system
         ran = {**self.given, **session.values_shown(values)}
-        text = code(system.experiment.source, ran, part, outputs_of(system.replaced(values)))
+        text = code(system.description.source, ran, part, outputs_of(system.replaced(values)))
         if "name" not in request:
             return {"code": text}
         target = target_of(self.folder, request["name"], ".ipynb")

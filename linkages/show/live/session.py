@@ -101,9 +101,9 @@ class Session:
         changed = self.system.replaced(values)
         self._changes.check(values, changed)
         period = _period(changed)
-        exact = self._ideal(values, changed, changed.experiment.duration if period is None else period)
+        exact = self._ideal(values, changed, changed.settings.duration if period is None else period)
         if exact is not None and exact.status is Status.LOCKED and changed.determinate:
-            perfect = changed.ideal().replaced({"duration": changed.experiment.duration if period is None else period})
+            perfect = changed.ideal().replaced({"duration": changed.settings.duration if period is None else period})
             exact = ideal(perfect)  # with the quantities of a machine without clearance
             shown = self._view(values, perfect, exact, None, (0.0, float(exact.time[-1])), begun)
             return shown | {"settled": True, "locked": float(exact.time[-1])}
@@ -126,9 +126,9 @@ class Session:
         self, system: System, period: float | None, outdated: Callable[[], bool], refine: bool
     ) -> tuple[System, Trajectory, bool]:
         """Run a system, or a coarse one where it takes too long; return it, the run, and whether it is coarse."""
-        less: dict[str, Any] = {"solver.accuracy": max(system.experiment.solver.accuracy, _COARSE)}
+        less: dict[str, Any] = {"solver.accuracy": max(system.settings.accuracy, _COARSE)}
         if period is not None and system.experiment.can_touch:
-            less["duration"] = min(system.experiment.duration, 2.0 * period)
+            less["duration"] = min(system.settings.duration, 2.0 * period)
         tried = [(self.limit, False)] if refine else [(self.preview, False), (self.limit, True)][self._slow :]
         for limit, coarse in tried:
             begun, one = clock.perf_counter(), system.replaced(less) if coarse else system

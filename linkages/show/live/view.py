@@ -35,7 +35,7 @@ _INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.pages
 def columns_of(system: System) -> list[str]:
     """Name the columns of a run that a view needs: all but the motions of frames that nobody has asked for."""
     shown = {f"{link.name}.{key}" for link in system.mechanism.links for key in ("x", "y", "angle", "omega")}
-    shown |= set(system.experiment.outputs)
+    shown |= set(system.settings.outputs)
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
 
 
@@ -50,7 +50,7 @@ def view(
     system, run = assessment.system, assessment.run
     shown = run.within(*part)
     moved = replace(shown, time=shown.time - shown.time[0], evaluate=None)
-    drawn = columns(system.experiment.outputs, system.tree.play, system.experiment.driving)
+    drawn = columns(system.settings.outputs, system.tree.play, system.experiment.driving)
     return {
         "status": run.status.value,
         "remedy": "" if run.status is Status.OK else run.status.remedy,

@@ -61,7 +61,7 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
     least = drawn_errors(errors or {}, assessment.noise)
     figures: dict[str, Callable[[Assessment], Figure]] = {
         f"output_{file_name(name)}": partial(output_figure, name=name, errors=least)
-        for name in assessment.system.experiment.outputs
+        for name in assessment.system.settings.outputs
     }
     if assessment.measured:
         figures["measured"] = measured_figure

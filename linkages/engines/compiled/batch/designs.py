@@ -65,7 +65,7 @@ class Designs:
         return self._given(*self.built(values, left))
 
     def _given(self, system: System, windows: Array) -> Given:
-        if np.any(windows[:, 1] > system.experiment.duration * (1.0 + 1e-12)):
+        if np.any(windows[:, 1] > system.settings.duration * (1.0 + 1e-12)):
             raise InputError("", "", "a window ends after the run")
         return make_given(system, self._records(system), windows, self._most)
 

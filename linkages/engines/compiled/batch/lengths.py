@@ -116,7 +116,7 @@ class Lengths:
 
     def _others(self, table: Array, ends: Array) -> Array:
         """Compute numbers that are no places, from values (m, nv) and the ends of joints (m, np, 2)."""
-        size, accuracy = extent_of(ends), self._system.experiment.solver.accuracy
+        size, accuracy = extent_of(ends), self._system.settings.accuracy
         return np.hstack([table, size[:, None], accuracy * error_scale(self._system, size)])
 
 

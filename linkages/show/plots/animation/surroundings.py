@@ -50,7 +50,7 @@ class Surroundings:
             if "world" in (joint.parent, joint.child):
                 self._ground(joint)
         every = 1 + len(self.assessment.run.time) // _PATH_POINTS
-        paths = [self._path(name)[::every] for name in asked_points(self.assessment.system.experiment.outputs)]
+        paths = [self._path(name)[::every] for name in asked_points(self.assessment.system.settings.outputs)]
         mark = [int(MARK[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
         self._lines("paths", paths, Rgba(*mark, 0.8))
         return self._scale()

@@ -225,7 +225,7 @@ class Done:
 
 def senses(system: System) -> dict[str, float]:
     """Find the sense of each drive's first motion or torque: 1 along its coordinate, or -1; idle drives omitted."""
-    times = np.linspace(0.0, system.experiment.duration, _TIMES)
+    times = np.linspace(0.0, system.settings.duration, _TIMES)
     moved = system.motions(times)[0]
     found = dict(zip(system.tree.driven, (moved - moved[:1]).T, strict=True))
     found |= dict(zip(system.tree.powered, system.torques(times)[0].T, strict=True))
