@@ -124,7 +124,7 @@ def _compare(folder: Path, run: Trajectory, stored: Trajectory) -> None:
 def _links(asked: list[str] | None, system: System) -> list[str]:
     from linkages.base.errors import nearest
 
-    moving = [name for name in system.mechanism.link if name != "world"]
+    moving = [name for name in system.links if name != "world"]
     for name in asked or ():
         if name not in moving:
             raise InputError("--link", name, f"is unknown; {nearest(name, moving)}")
@@ -138,7 +138,7 @@ def _times(
     from linkages.base.errors import nearest
     from linkages.results.extremes import extremes
 
-    of_links = [joint.name for joint in system.mechanism.joints if {joint.parent, joint.child} & set(links)]
+    of_links = [joint.name for joint in system.joints.values() if {joint.parent, joint.child} & set(links)]
     words = asked or [f"{_PEAK}{name}.force" for name in of_links]
     names = [word.removeprefix(_PEAK) for word in words if word.startswith(_PEAK)]
     for name in names:

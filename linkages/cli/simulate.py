@@ -131,7 +131,7 @@ def run(options: argparse.Namespace) -> int:
             result.ideal.save(folder / "ideal.npz", options.compress)
         if result.measured:
             save_measured(result.measured, folder / "measured.npz")
-        if system.experiment.can_touch:
+        if system.can_touch:
             write_impacts(result.contacts, folder)
         failed = _failed(result)
         result = result.latest()  # figures of all cycles of a long run would show none

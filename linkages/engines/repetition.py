@@ -50,7 +50,7 @@ def _finer_films(system: System) -> dict[str, float]:
 
 def _finer_segments(system: System) -> dict[str, float]:
     """Return twice the numbers of rigid segments."""
-    counts = {name: system.experiment.links[name].segments for name in system.experiment.flexible}
+    counts = {name: system.experiment.links[name].segments for name in system.flexible}
     return {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}
 
 

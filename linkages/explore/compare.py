@@ -136,7 +136,7 @@ def compare(system: System, progress: Callable[[str], TimeReport] | None = None)
     for engine in ("compiled", "drake"):
         runs[engine] = simulate(system, engine, stage(engine))
         horizons[engine] = float(runs[engine].time[-1])
-        if system.experiment.can_touch:
+        if system.can_touch:
             other = simulate(looser(system), engine, stage(f"{engine}, looser"))
             horizons[engine] = horizon(runs[engine], other, system, stage(f"{engine}, horizon"))
     stage("differences")
@@ -157,7 +157,7 @@ def looser(system: System) -> System:
 
 def names(system: System) -> list[str]:
     """Return the compared columns: outputs, force and eccentricity of clearance joints, drive torques."""
-    joints, drives = system.experiment.play, system.experiment.drives
+    joints, drives = system.play, system.drives
     of_joints = [f"{joint}.{what}" for joint in joints for what in ("force", "eccentricity_ratio")]
     return [*dict.fromkeys([*system.settings.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)])]
 

@@ -215,7 +215,7 @@ class ModeShapes:
     def points(self) -> dict[str, Array]:
         """Return displacements along x and y, and turns, of all links' and frames' origins, (3, m) each."""
         found = {}
-        for name in self._system.mechanism.point:
+        for name in self._system.points:
             body, x, y = self._system.tree.named_marker(name)
             arms = _turned(self._pose[body, 2], np.array([[x, y]]))
             turn = self._moved[:, body, 0]

@@ -96,7 +96,7 @@ class LinearisationPoint:
 
         RunError if none is found, or a journal lies outside its film in the one that is found.
         """
-        if self.system.experiment.own_states:
+        if self.system.own_states:
             raise RunError("no equilibrium is searched for with additional states; give a time of a run instead")
         start = self.y.copy()
         ends = []

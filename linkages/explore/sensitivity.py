@@ -174,7 +174,7 @@ def _reach(
 ) -> dict[str, dict[str, float]]:
     """Find how far the derivatives of numbers predict, by path and key; without an entry where there is none."""
     span, keys = found.span, list(found.numbers)
-    outputs = list(dict.fromkeys([*names, *(f"{name}.power" for name in system.experiment.drives)]))
+    outputs = list(dict.fromkeys([*names, *(f"{name}.power" for name in system.drives)]))
 
     def numbers(table: Array, tight: bool) -> Array:
         """Make the numbers (m, nk) of runs with values (m, np)."""
@@ -230,7 +230,7 @@ class _Differentiated:
         span: tuple[float, float],
         progress: TimeReport,
     ) -> None:
-        drives = list(system.experiment.drives)
+        drives = list(system.drives)
         columns = [*names, *(f"{name}.power" for name in drives)]
         self.run = simulate(system, progress=progress, outputs=list(dict.fromkeys(columns)), wrt=paths)
         if self.run.status is not Status.OK:

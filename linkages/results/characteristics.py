@@ -45,7 +45,7 @@ def numbers(
     for name in experiment.outputs:
         found = extreme.get(name)
         result["outputs"][name] = {key: found and getattr(found, key) for key in ("min", "max", "peak", "time")}
-    for name in system.mechanism.joint:
+    for name in system.joints:
         entry: dict[str, Any] = {"model": "ideal", "force": of(f"{name}.force")}
         if f"{name}.eccentricity_ratio" in columns:
             entry["model"] = experiment.joints[name].model
@@ -106,7 +106,7 @@ def peak_columns(system: System) -> list[str]:
     """
     experiment = system.experiment
     return [
-        *(f"{joint.name}.force" for joint in system.mechanism.joints),
+        *(f"{joint.name}.force" for joint in system.joints.values()),
         *(f"{name}.{quantity}" for name in experiment.play for quantity in ("eccentricity_ratio", "tilting_moment")),
         *(f"{name}.torque" for name in experiment.drives),
         *(f"{name}.{effort_of(system, table, name)}" for table, name in experiment.acting),

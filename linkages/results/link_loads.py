@@ -105,7 +105,7 @@ def link_loads(system: System, time: float, state: State) -> dict[str, LinkLoads
     needed = _needed(seen)
     return {
         link: _of_link(system, seen, link, found[link], needed)
-        for link in system.mechanism.link
+        for link in system.links
         if link in found and link != "world"
     }
 
@@ -135,7 +135,7 @@ _Action = tuple[str, int, Array, Array, float]  # name, body, place, force, mome
 def _in_joints(system: System, seen: Snapshot) -> Iterator[_Action]:
     """Yield the force on both links of each joint."""
     for joint, record, (fx, fy, moment) in zip(
-        system.mechanism.joints, seen.model.joints, seen.forces.tolist(), strict=True
+        system.joints.values(), seen.model.joints, seen.forces.tolist(), strict=True
     ):
         force, place = np.array([fx, fy]), _place(seen, record["child"])
         parent, opposite = int(record["parent"]), place
@@ -147,7 +147,7 @@ def _in_joints(system: System, seen: Snapshot) -> Iterator[_Action]:
 
 def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
     """Yield the effort of each drive on both links of its joint."""
-    names = [joint.name for joint in system.mechanism.joints]
+    names = [joint.name for joint in system.joints.values()]
     drives = (*system.tree.driven, *system.tree.powered)
     bodies = (*seen.model.driven_bodies, *seen.model.powered_bodies)
     for name, carried, effort in zip(drives, bodies, seen.efforts.tolist(), strict=True):
@@ -242,7 +242,7 @@ class _Axes(NamedTuple):
 def _axes(system: System, seen: Snapshot, link: str) -> _Axes:
     body, x, y = system.tree.named_marker(link)
     pose = seen.state.pose
-    angle = pose[body, 2] + system.mechanism.place[link].angle
+    angle = pose[body, 2] + system.places[link].angle
     c, s = np.cos(angle), np.sin(angle)
     return _Axes(pose[body, :2] + np.array(turned(pose, body, x, y)), np.array([[c, s], [-s, c]]))
 

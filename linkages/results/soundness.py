@@ -134,7 +134,7 @@ class Soundness:
         if not kinds:
             return frozenset(self.indeterminate)
         bounded = frozenset.intersection(*(frozenset(BOUNDED[kind]) for kind in kinds))
-        drives = self.system.experiment.drives if kinds == {ONE_BRANCH} else ()
+        drives = self.system.drives if kinds == {ONE_BRANCH} else ()
         along = {f"{name}.{quantity}" for name in drives for quantity in ("torque", "power")}
         unbounded = {name for name in names if not name.startswith("q.") and name.rpartition(".")[2] not in bounded}
         return frozenset((unbounded - along).union(self.indeterminate))

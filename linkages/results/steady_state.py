@@ -130,10 +130,10 @@ def drive_period(system: System, name: str, end: float) -> float | None:
 
     The motion of a table, a formula or a prismatic joint is examined up to `end` [s].
     """
-    drive = system.experiment.drives[name]
+    drive = system.drives[name]
     if (period := next((fit.period for fit in drive.fitted), None)) is not None:
         return period
-    if drive.varies or system.mechanism.joint[name].type != "revolute":
+    if drive.varies or system.joints[name].type != "revolute":
         k = system.tree.driven.index(name)
         return repeats(lambda times: np.stack(system.motions(times), axis=-1)[:, k], end)
     return 2.0 * np.pi / abs(drive.speed) if drive.speed else None
@@ -192,7 +192,7 @@ def motion_of(system: System, run: Trajectory) -> Motion:
         return Motion(None, "the drives have no common period", end=end)
     if run.status is not Status.OK:
         return Motion("not settled", "the run ended early", period, end=end)
-    start = max(float(run.time[0]), *(drive.ramp for drive in system.experiment.drives.values()))
+    start = max(float(run.time[0]), *(drive.ramp for drive in system.drives.values()))
     count = int(max(end - start, 0.0) / period * _PHASES * (1.0 + 1e-12))  # zero if the ramp is longer than the run
     times = end - period / _PHASES * np.arange(count + 1)
     states = interpolated(run.time, configuration(system, run.columns), np.maximum(times, run.time[0]))

@@ -167,7 +167,7 @@ def _geared(system: System) -> list[dict[str, Any]]:
 
 def _unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
     """Warn of links whose axial deformation rigid segments omit without the setting axial = 0."""
-    names = [name for name in system.experiment.flexible if system.experiment.links[name].axial != 0]
+    names = [name for name in system.flexible if system.experiment.links[name].axial != 0]
     if not names or system_of(system, run.columns) is system:
         return []
     what = f"the rigid segments of {_listed(names)} are inextensible: axial modes are omitted"

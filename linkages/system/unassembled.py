@@ -19,7 +19,8 @@ from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import FILM_ACCURACY, FilmHistory, JointModel
-from linkages.input.model.mechanism import Mechanism
+from linkages.input.model.functions import Quantity
+from linkages.input.model.mechanism import Frame, Link, Mechanism
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
@@ -97,6 +98,61 @@ class Unassembled(Brief):
     def joints(self) -> dict[str, SystemJoint]:
         """Return the joints by name, with their places in the reference configuration, and clearances."""
         return joints_of(self.mechanism, self.experiment)
+
+    @property
+    def links(self) -> Mapping[str, Link]:
+        """Return the links by name, in the reference configuration."""
+        return self.mechanism.link
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """Return the named frames, in the reference configuration."""
+        return self.mechanism.frames
+
+    @property
+    def points(self) -> Mapping[str, Frame]:
+        """Return the frames of links and the named frames, by name."""
+        return self.mechanism.point
+
+    @property
+    def places(self) -> Mapping[str, Frame]:
+        """Return everything with a position, by name: `points`, and joints."""
+        return self.mechanism.place
+
+    @property
+    def basis(self) -> Array:
+        """Return the plane's axes x_P, y_P and its normal in world axes, as columns (3, 3)."""
+        return self.mechanism.basis
+
+    @property
+    def drives(self) -> Mapping[str, Drive]:
+        """Return the drives, by joint."""
+        return self.experiment.drives
+
+    @property
+    def ramp(self) -> float:
+        """Return the longest time of a drive's smooth start [s]; zero without one."""
+        return max((drive.ramp for drive in self.drives.values()), default=0.0)
+
+    @property
+    def play(self) -> tuple[str, ...]:
+        """Return the clearance joints, in the order of the experiment; `Tree.play` has the mechanism's order."""
+        return self.experiment.play
+
+    @property
+    def flexible(self) -> tuple[str, ...]:
+        """Return the flexible links, in the order of the experiment."""
+        return self.experiment.flexible
+
+    @property
+    def can_touch(self) -> bool:
+        """Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines."""
+        return self.experiment.can_touch
+
+    @property
+    def own_states(self) -> Mapping[str, Quantity]:
+        """Return the additional states by name, in the order of the state vector."""
+        return self.experiment.own_states
 
     # -- the tree ----------------------------------------------------------------------------------
 
@@ -206,12 +262,12 @@ class Unassembled(Brief):
     @property
     def start_states(self) -> Array:
         """Return the additional states at t = 0, (nz,)."""
-        return np.array([one.start for one in self.experiment.own_states.values()], float)
+        return np.array([one.start for one in self.own_states.values()], float)
 
     @property
     def state_scales(self) -> Array:
         """Return the magnitudes in parts of which their errors count, (nz,)."""
-        return np.array([one.scale for one in self.experiment.own_states.values()], float)
+        return np.array([one.scale for one in self.own_states.values()], float)
 
     @cached_property
     def gravity(self) -> Array:

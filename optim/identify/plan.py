@@ -158,7 +158,7 @@ def missing_sensors(residuals: Residuals, z: Array, jacobian: Array, rate: float
     measured = {channel.output for measurement in task.measurements for channel in measurement.channels}
     system = first.system.replaced({"duration": min(residuals.span()[1], task.system.settings.duration)})
     outputs = [name for name in default_outputs(system) if unit(system, name)] or list(default_outputs(system))
-    outputs += [f"{name}.eccentricity_ratio" for name in system.experiment.play]
+    outputs += [f"{name}.eccentricity_ratio" for name in system.play]
     known = [Sensor(name, name) for name in dict.fromkeys(outputs) if name not in measured and _exists(system, name)]
     one = _measurement(first.name, system, known, rate, first.shift)
     further = Residuals(replace(task, measurements=(one,)), tuple(residuals.names[:n]))

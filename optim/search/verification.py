@@ -100,7 +100,7 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
     one at each (undivided, if relative; None where it failed), and ``change``, that of their mean over the phases where
     neither failed. None without dry contact, or where no drive has a speed and a start angle that the design leaves.
     """
-    if not all(point.system.experiment.can_touch and _turns(point.system, point.paths) for point in study.points):
+    if not all(point.system.can_touch and _turns(point.system, point.paths) for point in study.points):
         return None
     angles = [2.0 * math.pi * math.modf(k * _GOLDEN)[0] for k in range(1, _PHASES + 1)]
     turned = [study.replaced(partial(_turned, angle=angle)) for angle in angles]
@@ -150,13 +150,13 @@ def format_verification(report: dict[str, Any]) -> str:
 
 def _turns(system: System, paths: tuple[str, ...]) -> bool:
     """Whether there are drives of constant speed, and no design sets where they start."""
-    speeds = [drive.speed for drive in system.experiment.drives.values() if drive.prescribed]
+    speeds = [drive.speed for drive in system.drives.values() if drive.prescribed]
     return bool(speeds) and all(speeds) and not any(path.startswith("drives.") for path in paths)
 
 
 def _turned(system: System, angle: float) -> dict[str, Any]:
     """Start angles after the first drive has turned by an angle."""
-    drives = {name: drive for name, drive in system.experiment.drives.items() if drive.prescribed}
+    drives = {name: drive for name, drive in system.drives.items() if drive.prescribed}
     first = next(iter(drives.values())).speed or 0.0
     return {
         f"drives.{name}.angle": drive.angle + angle * (drive.speed or 0.0) / first for name, drive in drives.items()

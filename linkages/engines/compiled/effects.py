@@ -216,7 +216,7 @@ def _reason(system: System, path: str) -> str:
         return f"only {_ELSEWHERE[key]}"
     if table == "joints":
         return _of_joint(system, name)
-    if table == "links" and name not in system.experiment.flexible:
+    if table == "links" and name not in system.flexible:
         return f'link {name} is rigid; give links.{name}.model = "flexible"'
     return "no model or law that is chosen uses it"
 
@@ -243,10 +243,10 @@ def _of_joint(system: System, name: str) -> str:
 
 
 def _of_axis(system: System, name: str, key: str) -> str:
-    joint = system.mechanism.joint[name]
+    joint = system.joints[name]
     if joint.type == "revolute":
         return "a revolute joint has no direction in the plane"
-    frames = (f"sdf.frames.{frame.name}.pose.{key}" for frame in system.mechanism.frames if frame.link == joint.parent)
+    frames = (f"sdf.frames.{frame.name}.pose.{key}" for frame in system.frames if frame.link == joint.parent)
     turning = next((path for path in frames if _acts(system, path)), "")
     return "its direction belongs to a frame" + (f"; {turning} turns it" if turning else "")
 

@@ -201,7 +201,7 @@ def add_linkage(
         builder.Connect(state, clearance.get_input_port(0))
     direct = clearance.GetOutputPort("evaluation") if clearance is not None and not external else None
     extra = direct.size() - plant.num_velocities() if direct is not None else 0
-    kind_of_drives = StatefulDrives if system.experiment.own_states else Drives
+    kind_of_drives = StatefulDrives if system.own_states else Drives
     drives = builder.AddNamedSystem(_named(name, "drives"), kind_of_drives(system, place, extra))
     builder.Connect(state, drives.GetInputPort("state"))
     builder.Connect(drives.get_force_output_port(), plant.get_applied_generalized_force_input_port())

@@ -91,7 +91,7 @@ class _Watch:
     def samples(self) -> Iterator[float]:
         """Yield the times at which the run pauses; sampled states get their next values there."""
         drives, end = self.linkage.drives, self.linkage.system.settings.duration
-        periods = np.array([one.period for one in self.linkage.system.experiment.own_states.values()])
+        periods = np.array([one.period for one in self.linkage.system.own_states.values()])
         counts, root = np.zeros(len(periods)), self.steps.simulator.get_mutable_context()
         while isinstance(drives, StatefulDrives) and periods.any():
             due = np.where(periods > 0.0, counts * periods, np.inf)
@@ -173,7 +173,7 @@ class _Recorder:
             rates[k] = self.diagram.EvalTimeDerivatives(root).CopyToVector()
             if linkage.clearance is not None:
                 contacts[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
-        place, nz = linkage.place, len(self.system.experiment.own_states)
+        place, nz = linkage.place, len(self.system.own_states)
         own = slice(states.shape[1] - nz, None)  # the drives are the diagram's last system
         q = np.pad(states[:, place.positions], ((0, 0), (0, nz)))
         v, a = (np.hstack([found[:, place.v], found[:, own]]) for found in (states, rates))

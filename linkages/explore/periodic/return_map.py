@@ -99,7 +99,7 @@ class ReturnMap:
         system.check_analysis(Analysis.PERIODIC)
         self._system = system.replaced({"solver.accuracy": min(accuracy, system.settings.accuracy)})
         self._path, self.periods = path, periods
-        ramps = (drive.ramp for drive in system.experiment.drives.values())
+        ramps = (drive.ramp for drive in system.drives.values())
         period = self._period(None if path is None else system.value(path))
         #: Periods before the section: a drive must have its speed; at t = 0 a run resets what contacts remember.
         self._first = 1 + int(np.ceil(max(ramps, default=0.0) / period))
@@ -254,7 +254,7 @@ class ReturnMap:
 
 def least_clearance(system: System) -> float:
     """Return the smallest clearance of the joints [m]; infinite without clearance joints."""
-    return min((system.experiment.joints[name].clearance or np.inf for name in system.tree.play), default=np.inf)
+    return min((system.joints[name].clearance or np.inf for name in system.tree.play), default=np.inf)
 
 
 def _rate(flow: Flow, steps: Steps, t: float) -> Array:

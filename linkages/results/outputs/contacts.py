@@ -224,11 +224,11 @@ def _at_slack(system: System, name: str) -> Element:
 
 
 def _guides(system: System) -> Iterable[str]:
-    return [name for name in system.tree.play if system.mechanism.joint[name].slot is not None]
+    return [name for name in system.tree.play if system.joints[name].slot is not None]
 
 
 def _at_guide(system: System, name: str) -> Element:
-    tree, joint = system.tree, system.mechanism.joint[name]
+    tree, joint = system.tree, system.joints[name]
     k = [owner for owner, _ in tree.contacts].index(name)
     across = (tree.marker(joint.parent, joint.on_parent)[0], float(-joint.direction[1]), float(joint.direction[0]))
     return Element(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
@@ -240,7 +240,7 @@ def _by_drive(owner: Owner) -> tuple[Owner, Owner]:
     others = {name: one for name, one in owner.quantities.items() if name != "power"}
 
     def names(driven: bool) -> Callable[[System], Iterable[str]]:
-        return lambda system: [name for name in owner.names(system) if (name in system.experiment.drives) is driven]
+        return lambda system: [name for name in owner.names(system) if (name in system.drives) is driven]
 
     return replace(owner, names=names(False)), replace(
         owner, names=names(True), quantities=others | {"contact_power": power}

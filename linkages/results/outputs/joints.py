@@ -113,7 +113,7 @@ def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
 
 
 def _at_joint(system: System, name: str) -> Element:
-    return Element(list(system.mechanism.joint).index(name))
+    return Element(list(system.joints).index(name))
 
 
 def _drives(system: System) -> tuple[str, ...]:
@@ -162,7 +162,7 @@ def _at_gear(system: System, name: str) -> Element:
 
 #: Joints, drives, applied loads, gears and couplings.
 FORCES = (
-    Owner("JOINT", lambda system: system.mechanism.joint, _at_joint, _OF_JOINT),
+    Owner("JOINT", lambda system: system.joints, _at_joint, _OF_JOINT),
     Owner(
         "DRIVE", lambda system: [name for name in _drives(system) if name not in system.experiment.gearboxes],
         _at_drive, _OF_DRIVE,

@@ -84,7 +84,7 @@ def unit(system: System, name: str) -> str:
     owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
     if owner is STATES:
         return system.experiment.states[thing].unit
-    joint = system.mechanism.joint.get(thing)
+    joint = system.joints.get(thing)
     slides = joint is not None and joint.type == "prismatic"
     if owner is COORDINATES:
         floats, _, part = thing.rpartition(".")  # x, y or angle of a floating link, or a mode
@@ -96,7 +96,7 @@ def check_output(system: System, name: str) -> None:
     """Check that an output exists, including ``ideal.`` outputs; InputError if it is unknown."""
     plain = name.removeprefix(IDEAL)
     joint, _, quantity = plain.rpartition(".")
-    if plain == name or quantity != TURNING or joint not in system.mechanism.joint:
+    if plain == name or quantity != TURNING or joint not in system.joints:
         _find(system, plain, ideal=plain != name)
 
 
@@ -111,7 +111,7 @@ def default_outputs(system: System) -> tuple[str, ...]:
     labels = [label for _, label in system.tree.contacts]
     found = [*system.settings.outputs]
     found += [f"{label}.{name}" for label in labels for name in ("force", "eccentricity_ratio")]
-    found += [f"{name}.torque" for name in system.experiment.drives]
+    found += [f"{name}.torque" for name in system.drives]
     return tuple(dict.fromkeys(found))
 
 

@@ -111,7 +111,7 @@ def _choices(system: System) -> Iterator[tuple[str, str, tuple[str, ...]]]:
         models = tuple(model for model in _MODELS if has[model])
         if len(models) > 1:
             yield f"joints.{name}.model", joint.model, models
-        if joint.has_film and system.mechanism.joint[name].type == "revolute":
+        if joint.has_film and system.joints[name].type == "revolute":
             yield f"joints.{name}.film", joint.film, tuple(FILMS)
         if joint.contact is not None:
             yield f"joints.{name}.contact.law", joint.contact.law, tuple(CONTACTS)

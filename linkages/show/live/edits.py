@@ -60,7 +60,7 @@ def with_model(system: System, part: str, name: str, model: str) -> dict[str, An
     The clearance is `CLEARANCE`, the oil ISO VG 46 at 40 degrees, the material steel, all for the size of the bearing.
     InputError for an unknown part or model.
     """
-    parts: dict[str, Mapping[str, Any]] = {"joint": system.mechanism.joint, "link": system.mechanism.link}
+    parts: dict[str, Mapping[str, Any]] = {"joint": system.joints, "link": system.links}
     known = parts.get(part, {})
     if name not in known:
         raise InputError("page", f"{part} {name}"[:60], f"is no joint or link; {nearest(name, known)}")
@@ -88,7 +88,7 @@ def with_model(system: System, part: str, name: str, model: str) -> dict[str, An
 
 def _beam(system: System, name: str) -> dict[str, float]:
     """Return a steel beam of a square section with the link's mass; InputError for a link without two ends."""
-    ends, link = _pins(system.mechanism, name), system.mechanism.link[name]
+    ends, link = _pins(system.mechanism, name), system.links[name]
     if len(ends) != 2:
         raise InputError("page", f"link {name}", f"has {counted(len(ends), 'pin')}; a beam needs two ends")
     length = float(np.hypot(*(ends[1] - ends[0])))
@@ -113,7 +113,7 @@ def with_addition(system: System, name: str, kind: str) -> dict[str, Any]:
 
     InputError for an unknown joint or addition.
     """
-    if name not in system.mechanism.joint or kind not in ("groove", "wear"):
+    if name not in system.joints or kind not in ("groove", "wear"):
         raise InputError("page", f"{name} {kind}"[:60], "is no groove or wear of a joint")
     if kind == "groove":
         groove = {"angle": 1.5708, "extent": 0.5, "length": 0.8, "pressure": 1e5}
@@ -131,7 +131,7 @@ def with_addition(system: System, name: str, kind: str) -> dict[str, Any]:
 def _sizes(system: System, joint: Joint) -> list[tuple[str, float]]:
     """Return paths and sizes [m] of a joint's bearing or slot, as of other joints if it has none."""
     kind, keys = ("bearing", ("radius", "length")) if joint.type == "revolute" else ("slot", ("height", "length"))
-    others = [own for other in system.mechanism.joints if (own := getattr(other, kind)) is not None]
+    others = [own for other in system.joints.values() if (own := getattr(other, kind)) is not None]
     size = float(f"{_BESIDE * system.tree.extent:.1g}")
     usual = {
         key: np.median([getattr(own, key) for own in others]) if others else k * size for k, key in enumerate(keys, 1)

@@ -29,7 +29,7 @@ class Places:
     """Where the joints are in their links, and how the lengths of a machine change that."""
 
     def __init__(self, system: System) -> None:
-        self.system, mechanism, drives = system, system.mechanism, system.experiment.drives
+        self.system, mechanism, drives = system, system.mechanism, system.drives
         self._ends = [(joint, link) for joint in mechanism.joints for link in (joint.parent, joint.child)]
         self._local = _local(mechanism)
         lengths = [path for path in mechanism.values if _is_length(mechanism, path)]
@@ -52,7 +52,7 @@ class Places:
 
         Where it is not free, it moves as near as it can; InputError if it cannot move at all.
         """
-        angles = {link: pose[f"{link}.angle"] for link in self.system.mechanism.link if f"{link}.angle" in pose}
+        angles = {link: pose[f"{link}.angle"] for link in self.system.links if f"{link}.angle" in pose}
         end = next(k for k, (joint, link) in enumerate(self._ends) if joint.name == name and link != "world")
         link = self._ends[end][1]
         here = np.array([pose[f"{link}.x"], pose[f"{link}.y"]]) + _turn(angles[link]) @ self._local[end]
@@ -99,7 +99,7 @@ class Places:
         slopes = np.array([self._slope(path) for path in paths]).reshape(len(paths), -1, 2)
         links = list(dict.fromkeys(link for _, link in self._ends if link != "world"))
         pose, change = np.zeros((len(links) + 1, 3)), np.zeros(len(paths))  # the last pose is the ground's
-        pose[:-1, 2] = [angles.get(link, self.system.mechanism.link[link].angle) for link in links]
+        pose[:-1, 2] = [angles.get(link, self.system.links[link].angle) for link in links]
         body = [links.index(link) if link in links else -1 for _, link in self._ends]
         across = [self._across(joint, angles) for joint, _ in self._ends]
         moves = np.array([joint.name in moved for joint, _ in self._ends])
@@ -135,7 +135,7 @@ class Places:
         """Return the matrix of the part of a move that counts: for a guide the one across its line."""
         if joint.type != "prismatic":
             return np.eye(2)
-        link = self.system.mechanism.link.get(joint.parent)
+        link = self.system.links.get(joint.parent)
         turn = 0.0 if link is None else angles.get(link.name, link.angle) - link.angle
         normal = _turn(turn) @ [-joint.direction[1], joint.direction[0]]
         return np.outer(normal, normal)

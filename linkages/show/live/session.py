@@ -77,12 +77,12 @@ class Session:
         """Return the values of a run that are not requested."""
         if period is None or "duration" in values:
             return {}
-        if system.experiment.can_touch:
+        if system.can_touch:
             return {"duration": _REVOLUTIONS * period}
         added: dict[str, Any] = {"duration": _PERIODS * period}
         for name, ratio in _start_after(self._ends).items():
             joint = system.experiment.joints.get(name)
-            if name in system.experiment.play and joint is not None and joint.clearance:
+            if name in system.play and joint is not None and joint.clearance:
                 added[f"joints.{name}.offset"] = (joint.clearance * ratio).tolist()
                 added["start"] = "centred"
         return added
@@ -109,7 +109,7 @@ class Session:
             return shown | {"settled": True, "locked": float(exact.time[-1])}
         added = self._added(values, changed, period)
         system, run, coarse = self._run(changed.replaced(added), period, outdated, refine)
-        carried = period is not None and "duration" not in values and not changed.experiment.can_touch
+        carried = period is not None and "duration" not in values and not changed.can_touch
         carried, motion = carried and run.status is Status.OK, motion_of(system, run)
         settled = not carried or (motion.kind == "periodic" and _closed(system, run, period or 0.0))
         self._ends = (
@@ -127,7 +127,7 @@ class Session:
     ) -> tuple[System, Trajectory, bool]:
         """Run a system, or a coarse one where it takes too long; return it, the run, and whether it is coarse."""
         less: dict[str, Any] = {"solver.accuracy": max(system.settings.accuracy, _COARSE)}
-        if period is not None and system.experiment.can_touch:
+        if period is not None and system.can_touch:
             less["duration"] = min(system.settings.duration, 2.0 * period)
         tried = [(self.limit, False)] if refine else [(self.preview, False), (self.limit, True)][self._slow :]
         for limit, coarse in tried:
@@ -183,7 +183,7 @@ class Session:
         if self._result is None or self._result.assessment.run.status is not Status.OK:
             raise InputError("page", "run", "does not reach its end with these values")
         assessment, period = self._result.assessment, _period(self._result.assessment.system)
-        if period is not None and not assessment.system.experiment.can_touch:  # even if it has not settled
+        if period is not None and not assessment.system.can_touch:  # even if it has not settled
             return float(assessment.run.time[-1]) - period, float(assessment.run.time[-1])
         return assessment.reported_span
 
@@ -206,7 +206,7 @@ class Session:
 
         InputError if there is no such joint or no run yet, or the pin cannot move.
         """
-        if self._result is None or joint not in self.system.mechanism.joint:
+        if self._result is None or joint not in self.system.joints:
             raise InputError("page", f"joint {joint}"[:60], "is no joint of the picture")
         key = repr(_key(values, ("joints.",), _OF_MASSES))
         if key not in self._places:
@@ -269,7 +269,7 @@ class _Result(NamedTuple):
 
 def _period(system: System) -> float | None:
     """Period of the drives [s], if they repeat their motion from the start on and no state must settle."""
-    if system.experiment.own_states or any(drive.ramp for drive in system.experiment.drives.values()):
+    if system.own_states or any(drive.ramp for drive in system.drives.values()):
         return None
     return common_period(system)
 
@@ -278,7 +278,7 @@ def _end_of(system: System, run: Trajectory) -> dict[str, Array]:
     """Where the journals are at the end of a run, in parts of the clearance (2,)."""
     found = {}
     for name in system.tree.journals:
-        clearance = system.experiment.joints[name].clearance
+        clearance = system.joints[name].clearance
         if clearance and f"{name}.ex" in run.columns:
             found[name] = _inside(np.array([run[f"{name}.ex"][-1], run[f"{name}.ey"][-1]]) / clearance)
     return found

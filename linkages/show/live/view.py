@@ -34,7 +34,7 @@ _INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.pages
 
 def columns_of(system: System) -> list[str]:
     """Name the columns of a run that a view needs: all but the motions of frames that nobody has asked for."""
-    shown = {f"{link.name}.{key}" for link in system.mechanism.links for key in ("x", "y", "angle", "omega")}
+    shown = {f"{link.name}.{key}" for link in system.links.values() for key in ("x", "y", "angle", "omega")}
     shown |= set(system.settings.outputs)
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
 
@@ -128,11 +128,11 @@ def _spreads(assessment: Assessment, names: Sequence[str]) -> dict[str, dict[str
 
 def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Array]) -> dict[str, Any]:
     """Path of a journal's centre in parts of the clearance, its place in each frame, and the thinnest film [m]."""
-    clearance = system.experiment.joints[name].clearance or 1.0
+    clearance = system.joints[name].clearance or 1.0
     keep = np.unique(np.linspace(0, len(shown.time) - 1, min(_ORBIT, len(shown.time))).astype(int))
     path = [short(shown[f"{name}.{axis}"][keep] / clearance) for axis in ("ex", "ey")]
     now = [short(frames.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
-    turns, film = system.mechanism.joint[name].type == "revolute", f"{name}.film_thickness"
+    turns, film = system.joints[name].type == "revolute", f"{name}.film_thickness"
     least = extremes(shown, [film])[film].min if film in shown else None
     return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns, "film": least}
 
@@ -158,7 +158,7 @@ def poses_of(drawing: Drawing, system: System, frames: Mapping[str, Array]) -> l
     for body, name in drawing.links_of.items():
         if name == "world" or f"{name}.x" not in frames:
             continue
-        link = system.mechanism.link[name]
+        link = system.links[name]
         turn = frames[f"{name}.angle"] - link.angle
         cos, sin = np.cos(turn), np.sin(turn)
         dx, dy = drawing.reference[body, :2] - link.origin

@@ -88,14 +88,14 @@ def output_figure(assessment: Assessment, name: str, errors: Mapping[str, float]
 
 def forces_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw the force in each clearance joint, or else in every joint; below each, the difference."""
-    names = assessment.system.tree.play or tuple(assessment.system.mechanism.joint)
+    names = assessment.system.tree.play or tuple(assessment.system.joints)
     return _compare(assessment, {f"{name}.force": f"force in {name}" for name in names}, errors)
 
 
 def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw the torques of all drives that act, or forces for prismatic joints; below each, the difference."""
     system, labels = assessment.system, {}
-    for drive in system.experiment.driving or system.experiment.drives:
+    for drive in system.experiment.driving or system.drives:
         kind = "force" if unit(system, f"{drive}.torque") == "N" else "torque"
         labels[f"{drive}.torque"] = f"{kind} of {drive}"
     return _compare(assessment, labels, errors)
@@ -136,7 +136,7 @@ def _compare(
     run, ideal = assessment.run, assessment.ideal
     flexible = bool(assessment.system.tree.flexible)
     perfectly = "ideal joints, rigid links" if flexible else "ideal joints"
-    imperfect = ["clearance"] * bool(assessment.system.experiment.play) + ["flexible links"] * flexible
+    imperfect = ["clearance"] * bool(assessment.system.play) + ["flexible links"] * flexible
     really = f"with {' and '.join(imperfect)}" if imperfect else "integrated"
     apart, both = assessment.difference, [name for name in labels if ideal is not None and name in ideal.columns]
     heights = [height for name in labels for height in ((3, 1) if name in both else (3,))]
@@ -205,7 +205,7 @@ def links_figure(assessment: Assessment) -> Figure:
     left = [strain]
     for k, name in enumerate(names):
         deflection, stress = (figure.add_subplot(grid[2 * k + row, 0], sharex=strain) for row in (0, 1))
-        frames = [frame.name for frame in system.mechanism.frames if frame.link == name]
+        frames = [frame.name for frame in system.frames if frame.link == name]
         moved, most = {frame: run[f"{frame}.deflection"] for frame in frames}, run[f"{name}.deflection"]
         unit, factor = engineering("m", float(most.max()))
         deflection.plot(run.time, factor * most, color="0.6", lw=0.9, label="largest magnitude")

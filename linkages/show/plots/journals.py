@@ -108,7 +108,7 @@ def orbit(
     if axis is None:
         _, axis = new_figure(4.0, width=4.2)
     if not axis.patches:
-        _draw_circle(axis, 1e6 * (system.experiment.joints[joint].clearance or 0.0))
+        _draw_circle(axis, 1e6 * (system.joints[joint].clearance or 0.0))
     axis.plot(
         1e6 * run[f"{joint}.ex"],
         1e6 * run[f"{joint}.ey"],
@@ -134,7 +134,7 @@ def contacts_figure(assessment: Assessment) -> Figure:
     axes = stacked_axes(figure, [1.0] * (2 * len(joints)), gap=0.26)
     run = assessment.run
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
-        kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
+        kind_of = "joint" if name in assessment.system.joints else "contact"
         units = ("N m", "rad/s") if f"{labels[0]}.torque" in run else ("N", "m/s")
         force.set_title(f"{kind_of} {name}", loc="left", fontsize="medium")
         corners = [label.removeprefix(name).removeprefix(".") for label in labels]
@@ -171,7 +171,7 @@ def finely(assessment: Assessment, name: str) -> tuple[Array, NDArray[np.int64]]
     """
     run, phase = assessment.run, phases(assessment.run, name)
     e = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])
-    chord = _CHORD * (assessment.system.experiment.joints[name].clearance or np.inf)
+    chord = _CHORD * (assessment.system.joints[name].clearance or np.inf)
     counts = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_SEGMENTS)
     extra = int(np.sum(counts - 1))
     if not run.evaluate or not 0 < extra <= _MOST_SEGMENTS:
@@ -218,8 +218,8 @@ def guides_figure(assessment: Assessment) -> Figure:
     names = [name for name in system.tree.play if name not in system.tree.journals]
     figure, axes = new_figure(2.9 * len(names), len(names), 2, squeeze=False, width_ratios=[2, 3])
     for (whole, ends), name in zip(axes, names, strict=True):
-        joint = system.mechanism.joint[name]
-        clearance = system.experiment.joints[name].clearance or 0.0
+        joint = system.joints[name]
+        clearance = system.joints[name].clearance or 0.0
         unit, factor = engineering("m", clearance)
         middle = factor * run[f"{name}.offset"]
         lift = factor * run[f"{name}.tilt"] * (0.5 * joint.slot.length if joint.slot is not None else 0.0)

@@ -86,7 +86,7 @@ class Lengths:
         self._is_other, self._other = same.any(axis=1), same.argmax(axis=1)
         self._slopes = np.zeros((values.shape[1], numbers.shape[1] + ends[0].size))
         places = np.hstack([numbers, ends.reshape(len(ends), -1)])
-        turns = [np.eye(3), *(link.rotation for link in system.mechanism.links)]
+        turns = [np.eye(3), *(link.rotation for link in system.links.values())]
         known = np.unique(on_grid(np.abs(turns), TURN))
         for k, slopes in enumerate(self._slopes):
             (low, high), step = places[1 + 2 * k : 3 + 2 * k], values[2 + 2 * k, k] - values[1 + 2 * k, k]

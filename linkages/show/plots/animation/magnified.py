@@ -68,7 +68,7 @@ class MagnifiedView:
     def __init__(self, meshcat: Meshcat, assessment: Assessment, name: str, centre: Array, radius: float) -> None:
         self.meshcat, self.name, self.path = meshcat, name, f"/joints/{name}"
         self.centre, self.radius = centre, radius
-        self.clearance = assessment.system.experiment.joints[name].clearance or 0.0
+        self.clearance = assessment.system.joints[name].clearance or 0.0
         self.largest = float(assessment.run[f"{name}.force"].max())
         mechanism = assessment.system.mechanism
         axes = joint_axes(mechanism, mechanism.joint[name])

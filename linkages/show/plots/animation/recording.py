@@ -86,7 +86,7 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
     visualizer.StopRecording()
     visualizer.PublishRecording()
     places: dict[tuple[float, ...], list[Joint]] = {}
-    for joint in assessment.system.mechanism.joints:  # joints at one place get a common label
+    for joint in assessment.system.joints.values():  # joints at one place get a common label
         places.setdefault(tuple((joint.position / assessment.system.tree.extent).round(6) + 0.0), []).append(joint)
     counts = range(len(times))
     labels = [_label(f"{view.path}/label", view.name, [view.caption(k) for k in counts]) for view in views]
@@ -136,7 +136,7 @@ def frames(
         factor = exaggerate if exaggerate is not None else _seen(shown.largest_deflection(recorded), shown.tree.extent)
     offset = np.zeros((len(times), len(shown.tree.closure_rows)))
     for k, name in enumerate(shown.tree.play):
-        parts = ("ex", "ey") if assessment.system.mechanism.joint[name].bearing is not None else ("offset", "tilt")
+        parts = ("ex", "ey") if assessment.system.joints[name].bearing is not None else ("offset", "tilt")
         for axis, part in enumerate(parts):
             offset[:, 2 * k + axis] = clearances * np.interp(times, run.time, run[f"{name}.{part}"])
     try:
@@ -164,7 +164,7 @@ def _joint_views(assessment: Assessment, meshcat: Meshcat, times: Array, low: Ar
         column, row = divmod(k, 2)
         right = high[0] + radius * (2.0 + 3.0 * column)
         up = 0.5 * (low[1] + high[1]) + 3.2 * radius * (0.5 * (rows - 1) - row)
-        kind = JournalView if assessment.system.mechanism.joint[name].type == "revolute" else GuideView
+        kind = JournalView if assessment.system.joints[name].type == "revolute" else GuideView
         view = kind(meshcat, assessment, name, np.array([right, up]), radius)
         view.draw(assessment, times)
         views.append(view)
@@ -178,7 +178,7 @@ def _look_at(assessment: Assessment, meshcat: Meshcat, views: Views, low: Array,
         low = np.minimum(low, view.centre - 1.3 * view.radius)
         high = np.maximum(high, view.centre + 1.5 * view.radius)
     size = np.maximum(high - low, 0.3 * assessment.system.tree.extent)
-    basis = assessment.system.mechanism.basis
+    basis = assessment.system.basis
     middle = basis[:, :2] @ (0.5 * (low + high))
     shown = 1.25 * max(size[1], size[0] / _ASPECT)
     distance = 0.5 * shown / np.tan(0.5 * np.radians(_FIELD_OF_VIEW))

@@ -75,7 +75,7 @@ def draw(asked: System) -> Drawing:
     starts = {name: drive.start(experiment.values) for name, drive in experiment.drives.items()}  # [rad or m]
     try:
         system = movable(mechanism, starts, experiment.meshes)
-        ways = [travel(system, name) for name in system.experiment.drives]
+        ways = [travel(system, name) for name in system.drives]
         tree, pose, problem = system.tree, _pose(system.tree, system.assembly.q), ""
     except AssemblyError as failure:
         system, ways, problem = None, [], str(failure)
@@ -190,8 +190,8 @@ def _axis(direction: Array) -> str:
 
 def _slider(system: System, way: Travel, sense: float) -> Slider:
     """Reduce a range of motion to the visible resolution."""
-    turns = system.mechanism.joint[way.drive].type == "revolute"
-    start = system.experiment.drives[way.drive].start(system.experiment.values)
+    turns = system.joints[way.drive].type == "revolute"
+    start = system.drives[way.drive].start(system.experiment.values)
     evenly = np.linspace(0, len(way.values) - 1, _SHOWN).round().astype(int)
     keep = np.unique([*evenly, int(np.argmin(np.abs(way.values - start)))])
     values = way.values[keep]
