@@ -176,7 +176,7 @@ def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -
     system, engine, part = assessment.system, assessment.engine, {}
     if assessment.repeating is not None:
         part = {"duration": assessment.repeating.settled, "windows": {}, "report_from": None}
-    files = system.experiment.from_files
+    files = system.recorded
     resmoothed = {}
     for name, factor in SMOOTHINGS.items() if files else ():
         values = {f"{path}.smoothing": factor * (table.smoothing or 1.0) for path, table in files.items()}

@@ -117,7 +117,7 @@ def peak_columns(system: System) -> list[str]:
 def effort_of(system: System, table: str, name: str) -> str:
     """Return the characteristic quantity of an applied load, element, gear, stop or contact."""
     if table in OF_ELEMENTS:
-        kind, keys = OF_ELEMENTS[table], system.experiment.elements[table][name]
+        kind, keys = OF_ELEMENTS[table], system.parts[table][name]
         return kind.outputs_of(keys, system.mechanism.slides).effort
     along = table in ("slack", "frictions", "gears", "couplings", "stops")
     return "torque" if table in ("torques", "motors") or (along and turns(system, table, name)) else "force"

@@ -158,7 +158,7 @@ def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
             force, moment = effort * np.array(turned(seen.state.pose, mount, body["ux"], body["uy"])), 0.0
         ends = int(record["child"]["body"]), int(record["parent"])
         outer, inner = reversed(ends) if record["reversed"] else ends
-        if name in system.experiment.gearboxes:
+        if name in system.parts["gearboxes"]:
             outer, inner = int(carried), int(record["parent"])
         yield name, outer, place, force, moment
         yield name, inner, place, -force, -moment
@@ -168,12 +168,12 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     """Yield the forces of applied loads, stops, points at lines, and gears."""
     model, w = seen.model, seen.state
     values = model.signals, model.states, model.load_t, model.load_c, model.load_n
-    for k, (_, name) in enumerate(system.experiment.loads):
+    for k, (_, name) in enumerate(system.named_loads):
         wrench = np.zeros_like(w.wrench)
         load_wrenches((model.loads[k : k + 1], *values), time, w.v, w.pose, w.vel, wrench)
         record = model.loads[k]
         yield from _split(seen, name, wrench, (record["a"], record["term"]["a"], record["term"]["b"]))
-    for (_, name, _), one in zip(elements_of(system.experiment.elements), apart(model.elements), strict=True):
+    for (_, name, _), one in zip(elements_of(system.parts), apart(model.elements), strict=True):
         wrench = np.zeros_like(w.wrench)
         add_elements(one, w.pose, w.vel, wrench)
         yield from _split(seen, name, wrench, markers_of(one))
@@ -183,7 +183,7 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
         markers = [end[0]["bearing"], end[0]["journal"], *row_markers(end[0]["row"])]
         yield from _split(seen, system.contacts[k][1], wrench, markers)
     for name, row, size in zip(
-        reversed(system.experiment.closed), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
+        reversed(system.parts["closed"]), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
     ):
         wrench = np.zeros_like(w.wrench)
         add_row_wrench(row, w.pose, size, wrench)

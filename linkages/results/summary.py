@@ -163,7 +163,7 @@ def _recorded(assessment: Assessment) -> dict[str, Any]:
                 for fit in table.fitted
             ],
         }
-        for path, table in assessment.system.experiment.from_files.items()
+        for path, table in assessment.system.recorded.items()
     }
 
 

@@ -146,7 +146,7 @@ def _chaotic(
 
 def _geared(system: System) -> list[dict[str, Any]]:
     """Warn of gears that lock each other, and of joints of geared wheels: gears omit the tooth forces on the pins."""
-    gears, every = system.experiment.closed, system.experiment.meshes
+    gears, every = system.parts["closed"], system.parts["meshes"]
     joints = dict.fromkeys(name for gear in every.values() for name in gear.joints)
     if not every:
         return []

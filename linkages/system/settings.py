@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from linkages.input.model.experiment import Experiment
+from linkages.input.model.recorded_tables import DataTable
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,8 @@ class Settings:
         Start of the part that tables give instead [s].
     windows : mapping of str to (float, float)
         Start and end of further parts with separate results [s].
+    data : DataTable or None
+        Measured curves for comparison with the run.
     """
 
     duration: float
@@ -52,6 +55,7 @@ class Settings:
     report: str
     report_from: float | None
     windows: Mapping[str, tuple[float, float]]
+    data: DataTable | None
 
 
 def settings_of(experiment: Experiment) -> Settings:
@@ -70,4 +74,5 @@ def settings_of(experiment: Experiment) -> Settings:
         report=experiment.report,
         report_from=experiment.report_from,
         windows={name: (window.start, window.end) for name, window in experiment.windows.items()},
+        data=experiment.data,
     )

@@ -18,7 +18,8 @@ from linkages.base.kernel.simd import LaneArray
 from linkages.elements.element import Point
 from linkages.input.model.functions import OF_JOINTS
 from linkages.input.model.load_tables import WHEEL, Mesh
-from linkages.input.model.mechanism import Mechanism
+from linkages.input.model.mechanism import Frame, Joint, Link, Mechanism
+from linkages.input.model.skeleton import Skeleton, skeleton
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
 from linkages.mechanics.planar.closure import closure_error
@@ -100,6 +101,40 @@ class Tree:
     slack: tuple[Mesh, ...] = ()  # the same with backlash
     wheels: Mapping[str, int] = field(default_factory=dict)  # bodies of the gearboxes' output wheels, by coordinate
     hinges: tuple[str, ...] = ()  # joints between rigid segments of flexible links
+
+    @property
+    def joints(self) -> Mapping[str, Joint]:
+        """Return the joints by name, in the reference configuration."""
+        return self.mechanism.joint
+
+    @property
+    def links(self) -> Mapping[str, Link]:
+        """Return the links by name, in the reference configuration; masses and inertias are the bodies'."""
+        return self.mechanism.link
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """Return the named frames, in the reference configuration."""
+        return self.mechanism.frames
+
+    @property
+    def points(self) -> Mapping[str, Frame]:
+        """Return the frames of links and the named frames, by name."""
+        return self.mechanism.point
+
+    @property
+    def places(self) -> Mapping[str, Frame]:
+        """Return everything with a position, by name: `points`, and joints."""
+        return self.mechanism.place
+
+    @property
+    def basis(self) -> Array:
+        """Return the plane's axes x_P, y_P and its normal in world axes, as columns (3, 3)."""
+        return self.mechanism.basis
+
+    def skeleton(self, link: str) -> Skeleton:
+        """Return the shape of a link without visuals: its joints and frames, and the bars between them."""
+        return skeleton(self.mechanism, self.links[link], self.extent)
 
     @property
     def size(self) -> int:
@@ -193,7 +228,7 @@ class Tree:
                 rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height, *NO_STOP))
         return np.array(rows, types.ENDS)
 
-    def joints(self, ideal: bool = False) -> Records:
+    def joint_records(self, ideal: bool = False) -> Records:
         """Return the records that give each joint force, with clearances, or with every joint ideal."""
         cut = (*self.play, *self.loops) if ideal else self.loops
         contacts = {} if ideal else {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}

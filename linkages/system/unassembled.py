@@ -21,6 +21,7 @@ from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import FILM_ACCURACY, FilmHistory, JointModel
 from linkages.input.model.functions import Quantity
 from linkages.input.model.mechanism import Frame, Link, Mechanism
+from linkages.input.model.recorded_tables import FromFile
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
@@ -30,6 +31,7 @@ from linkages.system.joints import SystemJoint, joints_of
 from linkages.system.law_records import ContactLaws, contact_laws
 from linkages.system.lightness import negligible_inertials
 from linkages.system.load_records import pack_loads, unilateral_ends, unilateral_models
+from linkages.system.parts import Parts, parts_of
 from linkages.system.settings import Settings, settings_of
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
@@ -124,10 +126,40 @@ class Unassembled(Brief):
         """Return the plane's axes x_P, y_P and its normal in world axes, as columns (3, 3)."""
         return self.mechanism.basis
 
+    @cached_property
+    def parts(self) -> Parts:
+        """Return the named elements by table and name, see `linkages.system.parts`."""
+        return parts_of(self.experiment)
+
+    @property
+    def named_loads(self) -> tuple[tuple[str, str], ...]:
+        """Return table and name of each applied load, in the order of their records."""
+        return self.experiment.loads
+
+    @property
+    def acting(self) -> tuple[tuple[str, str], ...]:
+        """Return table and name of each named element that acts; gearboxes with backlash are elements of `slack`."""
+        return self.experiment.acting
+
+    @property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """Return states, formulas of motors and controllers, and values, by their names in formulas."""
+        return self.experiment.quantities
+
+    @property
+    def recorded(self) -> Mapping[str, FromFile]:
+        """Return the drives and loads that take their signal from a data file, by dotted path."""
+        return self.experiment.from_files
+
     @property
     def drives(self) -> Mapping[str, Drive]:
         """Return the drives, by joint."""
         return self.experiment.drives
+
+    @property
+    def driving(self) -> list[str]:
+        """Name the drives that act, see `Drive.acts`."""
+        return self.experiment.driving
 
     @property
     def ramp(self) -> float:

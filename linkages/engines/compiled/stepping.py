@@ -249,7 +249,7 @@ def _constants(system: System) -> list[tuple[str, str, str]]:
     return [
         (table, name, key)
         for table, keys in _KEYS.items()
-        for name, element in getattr(system.experiment, table).items()
+        for name, element in system.parts[table].items()
         for key in keys
         if getattr(element, key) is not None
     ]

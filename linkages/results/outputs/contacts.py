@@ -204,21 +204,21 @@ def _at_contact(system: System, name: str) -> Element:
 
 def _slacks(slides: bool) -> Callable[[System], Iterable[str]]:
     """List the gears with backlash before a prismatic, or a revolute joint."""
-    return lambda system: [name for name in system.experiment.slack if turns(system, "slack", name) is not slides]
+    return lambda system: [name for name in system.parts["slack"] if turns(system, "slack", name) is not slides]
 
 
 def _flanks(lengths: bool) -> Callable[[System], Iterable[str]]:
     """List the flanks of gears with backlash whose penetration is a length, or an angle."""
     return lambda system: [
         f"{name}.{side}"
-        for name, mesh in system.experiment.slack.items()
+        for name, mesh in system.parts["slack"].items()
         for side in mesh.flanks
         if mesh.backlash and (mesh.backlash.normal is not None or not turns(system, "slack", name)) is lengths
     ]
 
 
 def _at_slack(system: System, name: str) -> Element:
-    gear = system.experiment.slack[name]
+    gear = system.parts["slack"][name]
     sign = system.tree.seen_coordinate(gear.joints[1], gear.carrier)[1]
     return Element([owner for owner, _ in system.contacts].index(name), constant=sign)
 
@@ -274,5 +274,5 @@ WALLS = (
     Owner("STOP (prismatic)", of_joints("stops", False), _at_contact, _OF_WALL, real=True),
     Owner("FLANK (angle)", _flanks(False), _at_contact, _OF_STOP, real=True),
     Owner("FLANK (length)", _flanks(True), _at_contact, _OF_TOOTH, real=True),
-    Owner("CONTACT", lambda system: system.experiment.contacts, _at_contact, _OF_LINE, real=True),
+    Owner("CONTACT", lambda system: system.parts["contacts"], _at_contact, _OF_LINE, real=True),
 )

@@ -102,14 +102,14 @@ def _passed(name: str, unit: str) -> dict[str, Declaration]:
 
 def turns(system: System, table: str, name: str) -> bool:
     """Tell whether a stop, friction or gear gives a torque; the second joint of a gear or coupling counts."""
-    element = getattr(system.experiment, table)[name]
+    element = system.parts[table][name]
     joint = element.joints[1] if table in ("gears", "couplings", "meshes", "slack") else element.joint
     return not system.mechanism.slides(joint)
 
 
 def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
     """List the stops, frictions, gears and couplings (meshes) that give a torque, or a force."""
-    return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
+    return lambda system: [name for name in system.parts[table] if turns(system, table, name) is turning]
 
 
 def _at_joint(system: System, name: str) -> Element:
@@ -131,11 +131,11 @@ def _at_gearbox(system: System, name: str) -> Element:
 
 
 def _at_load(system: System, name: str) -> Element:
-    return Element([load for _, load in system.experiment.loads].index(name))
+    return Element([load for _, load in system.named_loads].index(name))
 
 
 def _at_element(system: System, name: str) -> Element:
-    names = [name for _, name, _ in elements_of(system.experiment.elements)]
+    names = [name for _, name, _ in elements_of(system.parts)]
     return Element(len(system.loads[0]) + names.index(name))
 
 
@@ -143,7 +143,7 @@ def _of_sort(kind: Kind[Any], outputs: Quantities) -> Owner:
     """Make the owner of the outputs of the elements of a kind that have these."""
 
     def names(system: System) -> Iterable[str]:
-        named, slides = getattr(system.experiment, kind.table), system.mechanism.slides
+        named, slides = system.parts[kind.table], system.mechanism.slides
         return [name for name, keys in named.items() if kind.outputs_of(keys, slides) is outputs]
 
     return Owner(outputs.label, names, _at_element, _values(**outputs.texts))
@@ -164,14 +164,14 @@ def _at_gear(system: System, name: str) -> Element:
 FORCES = (
     Owner("JOINT", lambda system: system.joints, _at_joint, _OF_JOINT),
     Owner(
-        "DRIVE", lambda system: [name for name in _drives(system) if name not in system.experiment.gearboxes],
+        "DRIVE", lambda system: [name for name in _drives(system) if name not in system.parts["gearboxes"]],
         _at_drive, _OF_DRIVE,
     ),
-    Owner("DRIVE (backlash)", lambda system: system.experiment.gearboxes, _at_gearbox, _OF_GEARBOX),
-    Owner("FORCE", lambda system: system.experiment.forces, _at_load, _OF_FORCE),
-    Owner("TORQUE", lambda system: system.experiment.torques, _at_load, _values(torque=_OF_TORQUE)),
+    Owner("DRIVE (backlash)", lambda system: system.parts["gearboxes"], _at_gearbox, _OF_GEARBOX),
+    Owner("FORCE", lambda system: system.parts["forces"], _at_load, _OF_FORCE),
+    Owner("TORQUE", lambda system: system.parts["torques"], _at_load, _values(torque=_OF_TORQUE)),
     *OF_ELEMENTS,
-    Owner("MOTOR", lambda system: system.experiment.motors, _at_load, _values(torque=_OF_MOTOR)),
+    Owner("MOTOR", lambda system: system.parts["motors"], _at_load, _values(torque=_OF_MOTOR)),
     Owner("FRICTION (revolute)", of_joints("frictions", True), _at_load, _values(torque=f"{_OF_FRICTION} [N m]")),
     Owner("FRICTION (prismatic)", of_joints("frictions", False), _at_load, _values(force=f"{_OF_FRICTION} [N]")),
     Owner("GEAR (revolute)", of_joints("meshes", True), _at_gear, _passed("torque", "N m")),

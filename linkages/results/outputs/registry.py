@@ -83,7 +83,7 @@ def unit(system: System, name: str) -> str:
         return "rad"
     owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
     if owner is STATES:
-        return system.experiment.states[thing].unit
+        return system.parts["states"][thing].unit
     joint = system.joints.get(thing)
     slides = joint is not None and joint.type == "prismatic"
     if owner is COORDINATES:

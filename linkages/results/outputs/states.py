@@ -22,9 +22,7 @@ def _at(key: str) -> Callable[[System, str], Element]:
 
 def _having(table: str, key: str) -> Callable[[System], Iterable[str]]:
     """List the motors or controllers that have a quantity."""
-    return lambda system: [
-        name for name in getattr(system.experiment, table) if f"{name}.{key}" in system.experiment.quantities
-    ]
+    return lambda system: [name for name in system.parts[table] if f"{name}.{key}" in system.quantities]
 
 
 def _owners(label: str, table: str, **texts: str) -> list[Owner]:
@@ -35,7 +33,7 @@ def _owners(label: str, table: str, **texts: str) -> list[Owner]:
     ]
 
 
-STATES = Owner("STATE", lambda system: system.experiment.states, _at(""), quantities(load_value, value="its value []"))
+STATES = Owner("STATE", lambda system: system.parts["states"], _at(""), quantities(load_value, value="its value []"))
 
 #: States; quantities of motors and controllers in addition to those as loads.
 OWN = (

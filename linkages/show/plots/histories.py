@@ -74,7 +74,7 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
     if assessment.system.tree.flexible:
         figures["links"] = links_figure
     figures["joint_forces"] = partial(forces_figure, errors=least)
-    if assessment.system.experiment.driving:
+    if assessment.system.driving:
         figures["drive_torques"] = partial(torques_figure, errors=least)
     with figure_style():
         return [write_figure(draw(assessment), folder / name) for name, draw in figures.items()]
@@ -95,7 +95,7 @@ def forces_figure(assessment: Assessment, errors: Mapping[str, float] | None = N
 def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw the torques of all drives that act, or forces for prismatic joints; below each, the difference."""
     system, labels = assessment.system, {}
-    for drive in system.experiment.driving or system.drives:
+    for drive in system.driving or system.drives:
         kind = "force" if unit(system, f"{drive}.torque") == "N" else "torque"
         labels[f"{drive}.torque"] = f"{kind} of {drive}"
     return _compare(assessment, labels, errors)

@@ -240,7 +240,7 @@ def strongest(system: System) -> Mapping[str, Array]:
     If the drives do not determine the motion, the values at the start are used; zero loads are omitted.
     """
     ideal = system.ideal()
-    if not (ideal.experiment.forces or ideal.experiment.torques):
+    if not (ideal.parts["forces"] or ideal.parts["torques"]):
         return {}
     try:
         if ideal.determinate:
@@ -257,7 +257,7 @@ def strongest(system: System) -> Mapping[str, Array]:
         rates = np.concatenate([v[k], ideal.start_states])
         load_outputs(ideal.loads, np.zeros(len(ideal.loads[0])), time, rates, pose[k], vel[k], values[k])
     found = {}
-    for k, (table, name) in enumerate(ideal.experiment.loads):
+    for k, (table, name) in enumerate(ideal.named_loads):
         parts = values[:, k, : {"forces": 2, "torques": 1}.get(table, 0)]
         largest = parts[np.linalg.norm(parts, axis=1).argmax()]
         if np.any(largest):
