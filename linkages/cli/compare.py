@@ -70,12 +70,11 @@ def format_comparison(result: Comparison, system: System) -> str:
     from linkages.results.outputs.registry import unit
     from linkages.show.report.terminal import format_warnings
 
-    experiment = system.experiment
-    turns = revolutions(experiment, result.until)
+    turns = revolutions(system, result.until)
     after = f", revolutions: {turns:.3g}" if turns is not None else ""
     lines = [
-        experiment.title or experiment.source.stem,
-        f"compiled and drake engines, accuracy {experiment.solver.accuracy:g},"
+        system.description.heading,
+        f"compiled and drake engines, accuracy {system.settings.accuracy:g},"
         f" compared up to {result.until:.6g} s{after}",
     ]
     if result.parted:

@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
     start = None if options.start is None else value_of("--start", options.start, path, system)
     system.replaced({path: low}, "--vary")  # reports a wrong path before the folder of results is made
     out = output_folder(options, f"{system.description.stem}_branches", "continue")
-    names = output_names(options, system.experiment)
+    names = output_names(options, system)
     bars = stages(options, 1.0, "")
     keys = ("periods", "transient", "doublings", "step", "accuracy", "tolerance")
     settings = {key: getattr(options, key) for key in keys}

@@ -159,15 +159,15 @@ def _failed(result: Assessment) -> dict[str, Trajectory]:
 
 
 def _details(result: Assessment, summary: dict[str, Any]) -> str:
-    experiment = result.system.experiment
+    described = result.system.description
     cut, made = summary["mechanism"]["cut"], summary["provenance"]
     step = engine(result.engine).longest_step(result.system)  # limited in addition to the accuracy
     steps = f", steps of at most {step:g} s" if step else ""
     numbers = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in made["run"].items())
     lines = [
-        f"experiment {experiment.source}, mechanism {experiment.mechanism_path}",
+        f"experiment {described.source}, mechanism {described.machine_source}",
         f"joints cut to get a tree: {', '.join(cut['play'] + cut['ideal']) or 'none'}",
-        f"accuracy {experiment.solver.accuracy:g}{steps}",
+        f"accuracy {result.system.settings.accuracy:g}{steps}",
         f"{numbers}; {made['wall_time']:.3g} s for the run alone",
         "versions: " + ", ".join(f"{name} {version}" for name, version in made["versions"].items()),
     ]

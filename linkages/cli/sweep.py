@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
     ((path, values),) = ranges
     system.replaced({path: values[0]}, "--vary")  # reports a wrong path before the folder of results is made
     out = output_folder(options, f"{system.description.stem}_sweep", "sweep", continued=("rows",))
-    names = output_names(options, system.experiment)
+    names = output_names(options, system)
     turns = (options.revolutions, options.transient, options.drive)
     bar = stages(options, 1.0, "")("sweep")
     result = sweep(system, path, values, names, *turns, True, options.threads, bar, "--vary")

@@ -33,7 +33,7 @@ def run_grid(options: argparse.Namespace, system: System, ranges: Ranges) -> int
 
     (path, values), (other_path, other_values) = ranges
     system.replaced({path: values[0], other_path: other_values[0]}, "--vary")  # reports a wrong path before the folder
-    names = output_names(options, system.experiment)
+    names = output_names(options, system)
     units = {name: unit(system, name) for name in names}
     limits = read_limits(options.limit, units)
     out = output_folder(options, f"{system.description.stem}_sweep", "sweep", continued=("rows",))

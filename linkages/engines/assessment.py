@@ -94,7 +94,7 @@ def simulate(
 def _with_units(system: System, run: Trajectory) -> Trajectory:
     """Add the units of the columns to a trajectory, and the times at which they jump."""
     units = {name: "s" if name == "time" else unit(system, name) for name in run.columns}
-    return replace(run, units=units, jumps=system.experiment.sampling_times(float(run.time[-1])))
+    return replace(run, units=units, jumps=system.sampling_times(float(run.time[-1])))
 
 
 @validated

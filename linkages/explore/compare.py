@@ -17,7 +17,6 @@ from linkages.base.arguments import validated
 from linkages.base.brief import Brief
 from linkages.engines.assessment import simulate
 from linkages.input.model.capabilities import Analysis
-from linkages.input.model.experiment import Experiment
 from linkages.results.assessment import touching
 from linkages.results.divergence import dense, horizon
 from linkages.results.impacts import Impact, impacts
@@ -176,9 +175,9 @@ def differences(run: Trajectory, other: Trajectory, columns: list[str], until: f
     return result
 
 
-def revolutions(experiment: Experiment, time: float) -> float | None:
+def revolutions(system: System, time: float) -> float | None:
     """Return the revolutions of the first drive with constant speed in a time; None without one."""
-    for drive in experiment.drives.values():
+    for drive in system.drives.values():
         if drive.prescribed and drive.speed:
             return abs(drive.speed) * time / (2.0 * np.pi)
     return None

@@ -20,7 +20,6 @@ from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.engines.compiled.run.linear import linearised
 from linkages.engines.compiled.run.runner import Runner
-from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.flexible.modes import ModesAt, track
 from linkages.mechanics.planar.bodies import ELASTIC, STIFFNESS, make_motion
 from linkages.mechanics.planar.kinematics import body_velocities, poses_at
@@ -223,9 +222,9 @@ class ModeShapes:
         return found
 
     def _lines(self) -> Iterator[ModeLine]:
-        tree, mechanism = self._system.tree, self._system.mechanism
-        for link in mechanism.links:
-            shape = skeleton(mechanism, link, tree.extent)
+        tree = self._system.tree
+        for link in tree.links.values():
+            shape = tree.skeleton(link.name)
             if link.name in tree.flexible:
                 yield from (self._beam(link.name, shape.color, part) for part in tree.flexible[link.name])
                 continue

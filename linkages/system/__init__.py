@@ -3,7 +3,7 @@
 | module                  | responsibility                                                               |
 |-------------------------|------------------------------------------------------------------------------|
 | system                  | `System`: the assembled start, all arrays; `load`                            |
-| identity                | the inputs of all results of a system, as a text                             |
+| identity                | the input of a system, for records of results and for comparison             |
 | unassembled             | `Unassembled`: tree, motions, loads, contacts and their records              |
 | settings                | `Settings`: duration, accuracy, method, outputs and windows of a run         |
 | description             | `Description`: title, names, files                                           |

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from linkages.input.model.experiment import Experiment
+from linkages.input.model.experiment_tables import FilmHistory, JointModel
 from linkages.input.model.mechanism import Joint, Mechanism
+from linkages.laws.heat import Heat
+
+_IDEAL = JointModel.model_validate({"model": "ideal"})  # of joints that an experiment does not name
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +24,12 @@ class SystemJoint(Joint):
         Radial clearance [m]; an ideal joint can have one, which does not act.
     has_film : bool
         Whether oil is between journal and bearing.
+    history : FilmHistory or None
+        Cells, step and accuracy of a film whose content is part of the state.
+    heat : Heat or None
+        Heat balance of the oil.
+    oil_temperature : float or None
+        Temperature of the oil [degC], of which its viscosity follows; None if the viscosity is given.
     has_drive : bool
         Whether a drive acts at the joint, by a motion or an effort.
     """
@@ -27,6 +37,9 @@ class SystemJoint(Joint):
     model: str
     clearance: float | None
     has_film: bool
+    history: FilmHistory | None
+    heat: Heat | None
+    oil_temperature: float | None
     has_drive: bool
 
     @property
@@ -46,9 +59,21 @@ def joints_of(mechanism: Mechanism, experiment: Experiment) -> dict[str, SystemJ
 
 
 def _joint(joint: Joint, experiment: Experiment) -> SystemJoint:
-    given, driven = experiment.joints.get(joint.name), joint.name in experiment.drives
-    if given is None:
-        return SystemJoint(**vars(joint), model="ideal", clearance=None, has_film=False, has_drive=driven)
+    model = experiment.joints.get(joint.name, _IDEAL)
     return SystemJoint(
-        **vars(joint), model=given.model, clearance=given.clearance, has_film=given.has_film, has_drive=driven
+        **vars(joint),
+        model=model.model,
+        clearance=model.clearance,
+        has_film=model.has_film,
+        history=model.history,
+        heat=_heat(model),
+        oil_temperature=model.oil.temperature if model.oil is not None else None,
+        has_drive=joint.name in experiment.drives,
     )
+
+
+def _heat(model: JointModel) -> Heat | None:
+    """Return the heat balance of a joint with oil; other models do not use it."""
+    if model.heat is None or model.oil is None or not model.has_film:
+        return None
+    return model.heat.of(model.oil)

@@ -1,4 +1,4 @@
-"""The named elements of a system, by table and name: drives, loads, springs, gears, stops, contacts, states, controllers."""
+"""The named elements of a system, by table and name: links, drives, loads, springs, gears, stops, contacts, states."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ def parts_of(experiment: Experiment) -> Parts:
     Besides the tables of the file there are ``meshes``, the gears and couplings, of which ``closed`` have no backlash
     and ``slack`` have one, gearboxes of drives included (as ``JOINT.backlash``); and ``gearboxes``, by driven joint.
     """
-    tables = {table: getattr(experiment, table) for table in dict.fromkeys(("drives", *LOADS, *OTHERS, *DEFINING))}
+    tables = {
+        table: getattr(experiment, table) for table in dict.fromkeys(("links", "drives", *LOADS, *OTHERS, *DEFINING))
+    }
     made = {table: getattr(experiment, table) for table in ("meshes", "closed", "slack", "gearboxes")}
     return tables | experiment.elements | made

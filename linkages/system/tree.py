@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -62,9 +63,9 @@ class Edge:
     reversed: bool
 
 
-def joint_ends(mechanism: Mechanism) -> Array:
+def joint_ends(joints: Iterable[Joint]) -> Array:
     """Return the places of both ends of each joint in the reference configuration, (np, 2) [m]."""
-    return np.array([end for joint in mechanism.joints for end in (joint.on_parent, joint.on_child)])
+    return np.array([end for joint in joints for end in (joint.on_parent, joint.on_child)])
 
 
 def extent_of(ends: Array) -> Array:
@@ -101,6 +102,16 @@ class Tree:
     slack: tuple[Mesh, ...] = ()  # the same with backlash
     wheels: Mapping[str, int] = field(default_factory=dict)  # bodies of the gearboxes' output wheels, by coordinate
     hinges: tuple[str, ...] = ()  # joints between rigid segments of flexible links
+
+    @property
+    def name(self) -> str:
+        """Return the name of the mechanism."""
+        return self.mechanism.name
+
+    @property
+    def source(self) -> Path:
+        """Return the file of the mechanism, which errors name."""
+        return self.mechanism.source
 
     @property
     def joints(self) -> Mapping[str, Joint]:
@@ -335,7 +346,7 @@ class Tree:
         Where they coincide, as in a cart with a pendulum, it is the box around joints, frames and mass centres; where
         these coincide too, the largest radius of gyration.
         """
-        machine, ends = self.mechanism, joint_ends(self.mechanism)
+        machine, ends = self.mechanism, joint_ends(self.mechanism.joints)
         frames = [frame.origin for frame in machine.frames if frame.link != "world"]
         boxes = [points for points in (ends, [*ends, *frames, *(link.com for link in machine.links)]) if len(points)]
         radii = [math.sqrt(link.inertia / link.mass) for link in machine.links if link.mass > 0.0]

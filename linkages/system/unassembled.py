@@ -22,9 +22,11 @@ from linkages.input.model.experiment_tables import FILM_ACCURACY, FilmHistory, J
 from linkages.input.model.functions import Quantity
 from linkages.input.model.mechanism import Frame, Link, Mechanism
 from linkages.input.model.recorded_tables import FromFile
+from linkages.input.model.skeleton import colors_of
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
+from linkages.system.assembly import start_offsets
 from linkages.system.description import Description, description_of
 from linkages.system.flexible_link import flexible_link
 from linkages.system.joints import SystemJoint, joints_of
@@ -127,6 +129,11 @@ class Unassembled(Brief):
         return self.mechanism.basis
 
     @cached_property
+    def colors(self) -> dict[str, str]:
+        """Return the colours of links, frames and joints by name, as ``#rrggbb``."""
+        return colors_of(self.mechanism)
+
+    @cached_property
     def parts(self) -> Parts:
         """Return the named elements by table and name, see `linkages.system.parts`."""
         return parts_of(self.experiment)
@@ -145,6 +152,16 @@ class Unassembled(Brief):
     def quantities(self) -> Mapping[str, Quantity]:
         """Return states, formulas of motors and controllers, and values, by their names in formulas."""
         return self.experiment.quantities
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Return the numbers for formulas by name, in SI units."""
+        return self.experiment.values
+
+    @property
+    def machine_values(self) -> Mapping[str, float]:
+        """Return the replaceable numbers of the machine, by dotted path without ``sdf.``, in SI units."""
+        return self.mechanism.values
 
     @property
     def recorded(self) -> Mapping[str, FromFile]:
@@ -185,6 +202,19 @@ class Unassembled(Brief):
     def own_states(self) -> Mapping[str, Quantity]:
         """Return the additional states by name, in the order of the state vector."""
         return self.experiment.own_states
+
+    @property
+    def unread_states(self) -> set[str]:
+        """Return the additional states that no formula reads, such as a motor's energy."""
+        return self.experiment.unread_states
+
+    def sampling_times(self, end: float) -> Array:
+        """Return the times after t = 0 and up to an end at which states are sampled [s]."""
+        return self.experiment.sampling_times(end)
+
+    def slides(self, joint: str) -> bool:
+        """Tell whether a joint is prismatic."""
+        return self.mechanism.slides(joint)
 
     # -- the tree ----------------------------------------------------------------------------------
 
@@ -305,6 +335,11 @@ class Unassembled(Brief):
     def gravity(self) -> Array:
         """Return gravity in plane axes, (2,) [m/s2]."""
         return self.mechanism.basis[:, :2].T @ self.experiment.gravity
+
+    @property
+    def start_offsets(self) -> Array:
+        """Return the values (nr,) of the closure rows at the start: journals' offsets, places in the backlash."""
+        return start_offsets(self.tree, self.experiment)
 
     # -- contacts ----------------------------------------------------------------------------------
 

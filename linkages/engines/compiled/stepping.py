@@ -125,21 +125,23 @@ class Stepper:
 
     def _place(self, path: str, own: Mapping[str, Array]) -> list[_Places]:
         """Return the places of the numbers that an input replaces."""
-        experiment = self.system.experiment
-        if path.removeprefix("values.") in experiment.values:
+        system = self.system
+        if path.removeprefix("values.") in system.values:
             return [_of_value(self.system, path, own["load_c"])]
         table, _, rest = path.partition(".")
         name, _, key = rest.rpartition(".")
-        element = getattr(experiment, table).get(name) if table in _KEYS else None
+        element = system.parts[table].get(name) if table in _KEYS else None
         if element is None or key not in _KEYS[table]:
             known = [f"{table}.{n}.{k}" for table, n, k in _constants(self.system)]
-            known += [f"values.{n}" for n in experiment.values]
-            raise InputError(experiment.source, f'input "{path}"', f"is unknown; {nearest(path, known)}")
+            known += [f"values.{n}" for n in system.values]
+            raise InputError(system.description.source, f'input "{path}"', f"is unknown; {nearest(path, known)}")
         if getattr(element, key) is None:
-            raise InputError(experiment.source, f'input "{path}"', f"is no constant; give {table}.{name} a {key}")
+            raise InputError(
+                system.description.source, f'input "{path}"', f"is no constant; give {table}.{name} a {key}"
+            )
         if table == "drives":
             return [_Places(own["torque_c"], (self.system.tree.powered.index(name), slice(None), -1))]
-        k = experiment.loads.index((table, name))
+        k = system.named_loads.index((table, name))
         first = int(self.system.arrays.loads["motion"][k])
         return [_Places(own["load_c"], (first + i, slice(None), -1)) for i in range(2 if table == "forces" else 1)]
 

@@ -99,10 +99,9 @@ class ReturnMap:
         system.check_analysis(Analysis.PERIODIC)
         self._system = system.replaced({"solver.accuracy": min(accuracy, system.settings.accuracy)})
         self._path, self.periods = path, periods
-        ramps = (drive.ramp for drive in system.drives.values())
         period = self._period(None if path is None else system.value(path))
         #: Periods before the section: a drive must have its speed; at t = 0 a run resets what contacts remember.
-        self._first = 1 + int(np.ceil(max(ramps, default=0.0) / period))
+        self._first = 1 + int(np.ceil(system.ramp / period))
         transient = max(transient, self._first)
         self._flows: dict[float | None, tuple[Flow, float]] = {}
         flow, period = self._flow(None if path is None else system.value(path), transient + 1)
@@ -118,7 +117,7 @@ class ReturnMap:
             self._range = np.zeros(len(flow.y))
             flow.resume(transient * period, *given, 0.0)
         self._local = self._coordinates(flow, self._first * period, flow.y)
-        self._unread = {f"s.{name}" for name in system.experiment.unread_states}
+        self._unread = {f"s.{name}" for name in system.unread_states}
         if self._unread.issuperset(self._local.names):
             problem = "they determine the whole motion, so every motion is periodic"
             raise InputError(system.description.source, "drives", problem)

@@ -157,7 +157,7 @@ def measure(
     """
     joints = wearing(system)
     period = period_of(system, drive)
-    ramp = max((d.ramp for d in system.drives.values()), default=0.0)
+    ramp = system.ramp
     begin = int(np.ceil(ramp / period)) + _SETTLING  # first cycle of later blocks, counted by the drive
     first, lead = (0, begin) if start is None else (begin, 0 if single else 1)
     most = lead + (1 if single else _MOST)

@@ -104,7 +104,7 @@ def turns(system: System, table: str, name: str) -> bool:
     """Tell whether a stop, friction or gear gives a torque; the second joint of a gear or coupling counts."""
     element = system.parts[table][name]
     joint = element.joints[1] if table in ("gears", "couplings", "meshes", "slack") else element.joint
-    return not system.mechanism.slides(joint)
+    return not system.slides(joint)
 
 
 def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
@@ -143,7 +143,7 @@ def _of_sort(kind: Kind[Any], outputs: Quantities) -> Owner:
     """Make the owner of the outputs of the elements of a kind that have these."""
 
     def names(system: System) -> Iterable[str]:
-        named, slides = system.parts[kind.table], system.mechanism.slides
+        named, slides = system.parts[kind.table], system.slides
         return [name for name, keys in named.items() if kind.outputs_of(keys, slides) is outputs]
 
     return Owner(outputs.label, names, _at_element, _values(**outputs.texts))
@@ -154,8 +154,8 @@ OF_ELEMENTS = tuple(_of_sort(kind, outputs) for kind in KINDS for outputs in kin
 
 
 def _at_gear(system: System, name: str) -> Element:
-    experiment, tree = system.experiment, system.tree  # with backlash: row of the ideal linkage
-    gears, after = (experiment.closed, 0) if name in experiment.closed else (experiment.slack, len(tree.loop_rows))
+    parts, tree = system.parts, system.tree  # with backlash: row of the ideal linkage
+    gears, after = (parts["closed"], 0) if name in parts["closed"] else (parts["slack"], len(tree.loop_rows))
     sign = tree.seen_coordinate(gears[name].joints[1], gears[name].carrier)[1]
     return Element(list(gears).index(name) - len(gears) - after, constant=sign)
 

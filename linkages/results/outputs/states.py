@@ -13,9 +13,8 @@ def _at(key: str) -> Callable[[System, str], Element]:
     """Return a function that gives the element of a quantity, ``NAME.key`` or the state's own."""
 
     def element(system: System, name: str) -> Element:
-        experiment = system.experiment
-        known = list(experiment.quantities)
-        return Element(len(experiment.loads) + known.index(f"{name}.{key}" if key else name))
+        known = list(system.quantities)
+        return Element(len(system.named_loads) + known.index(f"{name}.{key}" if key else name))
 
     return element
 

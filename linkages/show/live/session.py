@@ -21,7 +21,6 @@ from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
 from linkages.engines.assessment import ideal, simulate
 from linkages.input.model.capabilities import Analysis
-from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
@@ -81,7 +80,7 @@ class Session:
             return {"duration": _REVOLUTIONS * period}
         added: dict[str, Any] = {"duration": _PERIODS * period}
         for name, ratio in _start_after(self._ends).items():
-            joint = system.experiment.joints.get(name)
+            joint = system.joints.get(name)
             if name in system.play and joint is not None and joint.clearance:
                 added[f"joints.{name}.offset"] = (joint.clearance * ratio).tolist()
                 added["start"] = "centred"
@@ -232,7 +231,7 @@ class Session:
                 "low": float(drawing.low[0]),
                 "high": float(drawing.high[1]),
                 "scale": scale(drawing),
-                "joints": joints_of(drawing, system.mechanism),
+                "joints": joints_of(drawing, system),
                 "bodies": drawing.links_of,
             }
             self._drawings[key] = drawing, {"svg": str(svg(drawing, said=False)), **place}
@@ -332,12 +331,12 @@ def _keep_few(kept: dict[Any, Any]) -> None:
         kept.pop(next(iter(kept)))
 
 
-def checked(values: Any, known: Mapping[str, Any], mechanism: Mechanism | None = None) -> dict[str, float | str]:
+def checked(values: Any, known: Mapping[str, Any], system: System | None = None) -> dict[str, float | str]:
     """Check values from outside: paths of controls or of parts, with numbers or short texts; InputError for others."""
     if not isinstance(values, dict):
         raise InputError("page", "values", "must be a table of values by path")
     for path, value in values.items():
-        if path not in known and not (mechanism and _of_part(path, mechanism)):
+        if path not in known and not (system and _of_part(path, system)):
             raise InputError("page", str(path)[:100], "is not a value that can be changed")
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not (number or (isinstance(value, str) and len(value) <= 200)):
@@ -345,13 +344,13 @@ def checked(values: Any, known: Mapping[str, Any], mechanism: Mechanism | None =
     return dict(values)
 
 
-def _of_part(path: str, mechanism: Mechanism) -> bool:
+def _of_part(path: str, system: System) -> bool:
     """Whether a path is of a key that a joint or a link can have, but the name of a file."""
     table, name, key = [*path.removeprefix("sdf.").split("."), "", ""][:3]
     if path.startswith("sdf."):
-        beam = table == "links" and name in mechanism.link and key == "beam"
-        return beam or (table == "joints" and name in mechanism.joint and key in ("bearing", "slot"))
-    parts: dict[str, Mapping[str, Any]] = {"joints": mechanism.joint, "links": mechanism.link}
+        beam = table == "links" and name in system.links and key == "beam"
+        return beam or (table == "joints" and name in system.joints and key in ("bearing", "slot"))
+    parts: dict[str, Mapping[str, Any]] = {"joints": system.joints, "links": system.links}
     return name in parts.get(table, {}) and key not in ("", "worn")
 
 

@@ -16,7 +16,6 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
 from linkages.input.model.experiment import QUANTITIES
-from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import extremes, peaks
@@ -137,10 +136,10 @@ def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Ar
     return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns, "film": least}
 
 
-def joints_of(drawing: Drawing, mechanism: Mechanism) -> dict[str, list[float]]:
+def joints_of(drawing: Drawing, system: System) -> dict[str, list[float]]:
     """Return the body of each joint in a drawing, and the place on it [m], by name."""
     bodies, found = {link: body for body, link in drawing.links_of.items()}, {}
-    for name, pin in mechanism.pin.items():
+    for name, pin in system.mechanism.pin.items():
         if pin.link in bodies:
             x, y, angle = drawing.reference[bodies[pin.link]].tolist()
             dx, dy, cos, sin = pin.origin[0] - x, pin.origin[1] - y, np.cos(angle), np.sin(angle)

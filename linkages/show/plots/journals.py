@@ -37,7 +37,7 @@ def orbits_figure(assessment: Assessment) -> Figure:
 
     The magnified view shows the orbit or, for a joint with contact, the penetration over the angle.
     """
-    experiment, mechanism = assessment.system.experiment, assessment.system.mechanism
+    joints, colors = assessment.system.joints, assessment.system.colors
     names = assessment.system.tree.journals
     touches = touching(assessment.system)
     if len(names) == 1:  # side by side
@@ -46,7 +46,7 @@ def orbits_figure(assessment: Assessment) -> Figure:
     else:
         figure, axes = new_figure(6.4, 2, len(names), width=3.15 * len(names))
     for (whole, near), name in zip(axes.T, names, strict=True):
-        clearance = 1e6 * (experiment.joints[name].clearance or 0.0)
+        clearance = 1e6 * (joints[name].clearance or 0.0)
         ex, ey = 1e6 * assessment.run[f"{name}.ex"], 1e6 * assessment.run[f"{name}.ey"]
         reach = _AROUND * max(clearance, float(np.hypot(ex, ey).max()))
         _draw_circle(whole, clearance)
@@ -59,7 +59,7 @@ def orbits_figure(assessment: Assessment) -> Figure:
             _draw_wall(near, 1e6 * path, clearance, phase)
         else:
             for axis in (whole, near):
-                axis.plot(ex, ey, color=color_for(mechanism, name), lw=1.0)
+                axis.plot(ex, ey, color=color_for(colors, name), lw=1.0)
                 axis.plot(ex[0], ey[0], "o", color=OTHER, ms=3.5, label="start")
             near.legend(loc="best")
             _magnify(near, np.column_stack([ex, ey]), reach)
@@ -112,7 +112,7 @@ def orbit(
     axis.plot(
         1e6 * run[f"{joint}.ex"],
         1e6 * run[f"{joint}.ey"],
-        color=color or color_for(system.mechanism, joint),
+        color=color or color_for(system.colors, joint),
         lw=1.0,
         label=label or joint,
     )
@@ -226,7 +226,7 @@ def guides_figure(assessment: Assessment) -> Figure:
         wall = factor * clearance
         rim = wall * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
         whole.fill(*rim.T, facecolor="0.95", edgecolor="0.3", lw=1.2)
-        whole.plot(lift, middle, color=color_for(system.mechanism, name), lw=0.7)
+        whole.plot(lift, middle, color=color_for(system.colors, name), lw=0.7)
         whole.plot(lift[0], middle[0], "o", color=OTHER, ms=3.5, label="start")
         whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize="medium")
         whole.set_aspect("equal", adjustable="datalim")

@@ -72,7 +72,7 @@ class Job(NamedTuple):
 
 def make_given(system: System, outputs: Records, windows: Array, steps: int | None = None) -> Given:
     """Collect the numbers of a system, with the model of `model_of`; a run has at most `steps`, default `most`."""
-    tree, solver, duration = system.tree, system.experiment.solver, system.settings.duration
+    tree, solver, duration = system.tree, system.settings, system.settings.duration
     model = model_of(system, outputs)
     longest = solver.max_step or _longest(system)
     return Given(

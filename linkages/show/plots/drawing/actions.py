@@ -13,7 +13,6 @@ from linkages.elements.machine import elements_of
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.load_tables import ForceTable, LineContact, Mesh, Stop
 from linkages.input.model.mechanism import Joint
-from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.planar.kinematics import state_tables
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, load_outputs
 from linkages.show.plots.drawing.parts import BLOCK, Parts
@@ -36,7 +35,7 @@ class Done:
     """Makes the shapes of an experiment's elements; idle drives point along their coordinates."""
 
     def __init__(self, parts: Parts, asked: System) -> None:
-        self.parts, self.mechanism, self.unit = parts, parts.mechanism, parts.unit
+        self.parts, self.tree, self.unit = parts, parts.tree, parts.unit
         self.senses, self.strongest = senses(asked), strongest(asked)
 
     def all(self, experiment: Experiment) -> Iterator[Shape]:
@@ -46,17 +45,17 @@ class Done:
         for name, torque in experiment.torques.items():
             sign = float(np.sign(self.strongest.get(name, np.ones(1))[0]))
             if torque.joint is not None:
-                joint = self.mechanism.joint[torque.joint]
+                joint = self.tree.joints[torque.joint]
                 yield from self.parts.turning("load", joint.parent, joint.on_parent, _TORQUE, sign * joint.sign)
                 yield self._beside(name, joint, _TORQUE + 2.0)
             else:
-                link = self.mechanism.link[torque.link or ""]
+                link = self.tree.links[torque.link or ""]
                 yield from self.parts.turning("load", link.name, link.com, 2.8, sign)
                 yield shape("load name", [self.parts.off(link.name, link.com, (0.0, 4.4))], text=name)
         for kind, name, keys in elements_of(experiment.elements):
             yield from self._element(name, kind.picture(keys))
         for name, friction in experiment.frictions.items():
-            joint = self.mechanism.joint[friction.joint]
+            joint = self.tree.joints[friction.joint]
             yield shape("friction", [self.parts.on(joint.child, joint.on_child)])
             yield self._beside(name, joint, _NAME)
         for name, gear in experiment.meshes.items():
@@ -83,7 +82,7 @@ class Done:
 
     def _force(self, name: str, load: ForceTable) -> Iterator[Shape]:
         """Draw an arrow to the point of action of a force, in the direction of its largest value."""
-        point, parts = self.mechanism.point[load.point], self.parts
+        point, parts = self.tree.points[load.point], self.parts
         force = self.strongest.get(name, np.array([0.0, -1.0]))
         way = force / np.linalg.norm(force)
         at = parts.on(point.link, point.origin)
@@ -110,7 +109,7 @@ class Done:
         parts, ends = self.parts, []
         for point in (picture.one, picture.other):
             if isinstance(point, str):
-                place = self.mechanism.point[point]
+                place = self.tree.points[point]
                 ends.append(parts.on(place.link, place.origin))
             else:
                 anchor = np.array(point)
@@ -123,12 +122,12 @@ class Done:
 
     def _around(self, name: str, picture: Around) -> Iterator[Shape]:
         """Draw a spiral in a joint, or at the centre of mass of a link; in a prismatic joint a zigzag."""
-        joint = self.mechanism.joint[picture.joint] if picture.joint is not None else None
+        joint = self.tree.joints[picture.joint] if picture.joint is not None else None
         if joint is not None:
             link, at = joint.child, joint.on_child
         else:
             link = picture.link or ""
-            at = self.mechanism.link[link].com
+            at = self.tree.links[link].com
         if joint is not None and joint.type == "prismatic":
             along, across = np.array(joint.direction), np.array([-joint.direction[1], joint.direction[0]])
             ways = np.outer(_ZIGZAG[0], along) + np.outer(_ZIGZAG[1], across)
@@ -144,7 +143,7 @@ class Done:
 
     def _gear(self, name: str, gear: Mesh) -> Iterator[Shape]:
         """Draw the pitch circles of meshing wheels or of a rack's pinion; or the pulleys and the belt."""
-        first, second = (self.mechanism.joint[joint] for joint in gear.joints)
+        first, second = (self.tree.joints[joint] for joint in gear.joints)
         shared = (one for one in (first.parent, first.child) if one in (second.parent, second.child))
         carrier = gear.carrier or next(shared, None)
         apart = second.on_child - first.on_child
@@ -190,7 +189,7 @@ class Done:
 
     def _stop(self, name: str, stop: Stop) -> Iterator[Shape]:
         """Draw the limit of a joint's coordinate, hatched beyond it."""
-        joint, beyond = self.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
+        joint, beyond = self.tree.joints[stop.joint], 1.0 if stop.side == "upper" else -1.0
         if joint.type == "prismatic":
             across = np.array([-joint.direction[1], joint.direction[0]])
             at = (stop.limit / self.unit + beyond * 2.3) * joint.direction  # position of the block's edge
@@ -200,7 +199,7 @@ class Done:
             held, link, sense = joint.parent, joint.child, joint.sign
             if link == "world":
                 held, link, sense = joint.child, joint.parent, -joint.sign
-            form = skeleton(self.mechanism, self.mechanism.link[link], self.parts.tree.extent)
+            form = self.tree.skeleton(link)
             ways = form.places - joint.on_child
             way = ways[int(np.linalg.norm(ways, axis=1).argmax())]
             angle = np.arctan2(way[1], way[0]) + sense * stop.limit
@@ -213,7 +212,7 @@ class Done:
 
     def _line(self, name: str, touch: LineContact) -> Iterator[Shape]:
         """Draw a contact line of a point, hatched on the forbidden side."""
-        frame = self.mechanism.point[touch.line] if touch.line is not None else None
+        frame = self.tree.points[touch.line] if touch.line is not None else None
         link, at, angle = "world", np.array(touch.anchor), touch.angle
         if frame is not None:
             link, at, angle = frame.link, frame.origin, frame.angle
