@@ -27,7 +27,7 @@ def test_the_links_of_an_ideal_motion_meet_in_the_joints(machine):
     system = linkages.load(linkages.find_file(f"{machine}.toml"), {"duration": 0.02})
     run = linkages.ideal(system)
     drawing = draw(system)
-    poses = body_poses(drawing, system.mechanism, run, run.time)
+    poses = body_poses(drawing, system.links, run, run.time)
     body = {name: k for k, name in drawing.links_of.items()}
     for joint in system.mechanism.joints:
         ends = []

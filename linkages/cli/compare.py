@@ -41,13 +41,13 @@ def run(options: argparse.Namespace) -> int:
     if not options.limit > 0.0:
         raise InputError("--limit", f"{options.limit:g}", "must be positive")
     system = load_system(options, {"solver.accuracy": options.accuracy})
-    out = output_folder(options, f"{system.experiment.source.stem}_compare", "compare")
-    result = compare(system, stages(options, system.experiment.duration, "s"), options.limit)
+    out = output_folder(options, f"{system.description.stem}_compare", "compare")
+    result = compare(system, stages(options, system.settings.duration, "s"), options.limit)
     with out as folder:
         write_json(folder / "compare.json", _rows(result))
         write_json(folder / "warnings.json", result.warnings)
         table = format_comparison(result, system)
-        title = system.experiment.title or system.experiment.source.stem
+        title = system.description.heading
         record(options, folder, title, "Do both engines agree?", _answer(result), table)
     print_results(options, table, out)
     ended = {name: run for name, run in result.runs.items() if run.status is not Status.TIME_OVER}
@@ -86,12 +86,11 @@ def format_comparison(result: Comparison, system: System) -> str:
     from linkages.results.outputs.registry import unit
     from linkages.show.report.terminal import format_warnings
 
-    experiment = system.experiment
-    turns = revolutions(experiment, result.until)
+    turns = revolutions(system, result.until)
     after = f", revolutions: {turns:.3g}" if turns is not None else ""
     lines = [
-        experiment.title or experiment.source.stem,
-        f"compiled and drake engines, accuracy {experiment.solver.accuracy:g},"
+        system.description.heading,
+        f"compiled and drake engines, accuracy {system.settings.accuracy:g},"
         f" compared up to {result.until:.6g} s{after}",
     ]
     if result.parted:
@@ -102,7 +101,7 @@ def format_comparison(result: Comparison, system: System) -> str:
         ]
     if result.late:
         lines.append(
-            f"the limit of time ended the runs at {result.until:.6g} s of {experiment.duration:g} s;"
+            f"the limit of time ended the runs at {result.until:.6g} s of {system.settings.duration:g} s;"
             " more with --limit SECONDS or a looser --accuracy"
         )
     if result.segments:
@@ -111,7 +110,7 @@ def format_comparison(result: Comparison, system: System) -> str:
             "difference of segments and flexible links in the compiled engine, relative to the peak; more segments"
             " (links.NAME.segments) reduce it",
         ]
-        stretched = [name for name in experiment.flexible if experiment.links[name].axial]
+        stretched = [name for name in system.tree.flexible if system.parts["links"][name].axial]
         lines += [f"segments do not stretch; links.{name}.axial = 0 removes this part of it" for name in stretched]
     of_segments = f"{'segments':>13s}" if result.segments else ""
     lines += ["", f"{'':28s}{'largest difference':>20s}{'of peak':>11s}{'at [s]':>13s}{'peak':>13s}{of_segments}"]

@@ -20,7 +20,6 @@ from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from linkages.input.model.experiment import Experiment
     from linkages.results.trajectory import Trajectory
     from linkages.system import System
 
@@ -156,12 +155,12 @@ def add_pictures(parser: argparse.ArgumentParser, animation: bool = False) -> No
         parser.add_argument("--no-animation", action="store_true", help="write no animation")
 
 
-def output_names(options: argparse.Namespace, experiment: Experiment) -> list[str]:
+def output_names(options: argparse.Namespace, system: System) -> list[str]:
     """Return the names of `add_outputs`; InputError if there are none."""
-    usual = dict.fromkeys([*experiment.outputs, *(f"{name}.force" for name in experiment.play)])
+    usual = dict.fromkeys([*system.settings.outputs, *(f"{name}.force" for name in system.play)])
     names = options.output or [*usual]
     if not names:
-        raise InputError(experiment.source, "outputs", "are none; name one with --output")
+        raise InputError(system.description.source, "outputs", "are none; name one with --output")
     return names
 
 
@@ -185,7 +184,7 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
     system = load(file, values, COMMAND_LINE)
     _check_set(system, file, values)
     if getattr(options, "units", None) is None:
-        show_in(system.experiment.units, (system.experiment.source, "units"))
+        show_in(system.description.units, (system.description.source, "units"))
     if getattr(options, "ideal", False):
         ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
         return system.replaced(ideal, COMMAND_LINE)

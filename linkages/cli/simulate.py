@@ -106,8 +106,8 @@ def run(options: argparse.Namespace) -> int:
     if options.exaggerate is not None and not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
     system = load_system(options)
-    out = output_folder(options, system.experiment.source.stem, "simulate")
-    progress = stages(options, system.experiment.duration, "s")
+    out = output_folder(options, system.description.stem, "simulate")
+    progress = stages(options, system.settings.duration, "s")
     say = (lambda text: None) if options.quiet else partial(print, flush=True)
     for doubt in doubts(system.mechanism, system.tree.extent, system.experiment):
         say(f"warning: {doubt}")
@@ -131,7 +131,7 @@ def run(options: argparse.Namespace) -> int:
             result.ideal.save(folder / "ideal.npz", options.compress)
         if result.measured:
             save_measured(result.measured, folder / "measured.npz")
-        if system.experiment.can_touch:
+        if system.can_touch:
             write_impacts(result.contacts, folder)
         failed = _failed(result)
         result = result.latest()  # figures of all cycles of a long run would show none
@@ -159,15 +159,15 @@ def _failed(result: Assessment) -> dict[str, Trajectory]:
 
 
 def _details(result: Assessment, summary: dict[str, Any]) -> str:
-    experiment = result.system.experiment
+    described = result.system.description
     cut, made = summary["mechanism"]["cut"], summary["provenance"]
     step = engine(result.engine).longest_step(result.system)  # limited in addition to the accuracy
     steps = f", steps of at most {step:g} s" if step else ""
     numbers = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in made["run"].items())
     lines = [
-        f"experiment {experiment.source}, mechanism {experiment.mechanism_path}",
+        f"experiment {described.source}, mechanism {described.machine_source}",
         f"joints cut to get a tree: {', '.join(cut['play'] + cut['ideal']) or 'none'}",
-        f"accuracy {experiment.solver.accuracy:g}{steps}",
+        f"accuracy {result.system.settings.accuracy:g}{steps}",
         f"{numbers}; {made['wall_time']:.3g} s for the run alone",
         "versions: " + ", ".join(f"{name} {version}" for name, version in made["versions"].items()),
     ]

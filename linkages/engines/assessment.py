@@ -96,7 +96,7 @@ def _with_units(system: System, run: Trajectory) -> Trajectory:
     """Add the units of the columns to a trajectory, and the times at which they jump."""
     named = system.whole if isinstance(system, Segmented) else system
     units = {name: "s" if name == "time" else unit(named, name) for name in run.columns}
-    return replace(run, units=units, jumps=system.experiment.sampling_times(float(run.time[-1])))
+    return replace(run, units=units, jumps=system.sampling_times(float(run.time[-1])))
 
 
 @validated
@@ -178,7 +178,7 @@ def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -
     system, engine, part = assessment.system, assessment.engine, {}
     if assessment.repeating is not None:
         part = {"duration": assessment.repeating.settled, "windows": {}, "report_from": None}
-    files = system.experiment.from_files
+    files = system.recorded
     resmoothed = {}
     for name, factor in SMOOTHINGS.items() if files else ():
         values = {f"{path}.smoothing": factor * (table.smoothing or 1.0) for path, table in files.items()}

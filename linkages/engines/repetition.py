@@ -27,7 +27,7 @@ def tightened(system: System, run: Trajectory, ratio: float) -> System:
     rigid segments. Films with history choose their film step, also where the experiment gives a constant one: a
     constant one that is longer than an impact has nearly the same error as half of it.
     """
-    accuracy, times = system.experiment.solver.accuracy * ratio, run.time
+    accuracy, times = system.settings.accuracy * ratio, run.time
     step = float(min(_SHORTER * _typical_step(times), times[-1] / _FEWEST))
     finer = {"solver.accuracy": accuracy, "solver.max_step": step} | _finer_films(system)
     if len(system.tree.modal_frequencies):
@@ -42,7 +42,7 @@ def _finer_films(system: System) -> dict[str, float]:
     """Return the settings of films with history that are finer than those of a system."""
     finer = dict[str, float]()
     for name, step in system.film_steps.items():
-        history = system.experiment.joints[name].history
+        history = system.joints[name].history
         accuracy = FILM_ACCURACY if history is None or history.accuracy is None else history.accuracy
         finer |= {f"joints.{name}.history.step": _SHORTER * step, f"joints.{name}.history.accuracy": _FILM * accuracy}
     return finer
@@ -50,7 +50,7 @@ def _finer_films(system: System) -> dict[str, float]:
 
 def _finer_segments(system: System) -> dict[str, float]:
     """Return twice the numbers of rigid segments."""
-    counts = {name: system.experiment.links[name].segments for name in system.experiment.flexible}
+    counts = {name: system.parts["links"][name].segments for name in system.flexible}
     return {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}
 
 

@@ -22,7 +22,6 @@ from linkages.base.brief import Brief
 from linkages.base.errors import Status, TimeOverError
 from linkages.engines.assessment import simulate
 from linkages.input.model.capabilities import Analysis
-from linkages.input.model.experiment import Experiment
 from linkages.results.assessment import touching
 from linkages.results.divergence import dense, horizon
 from linkages.results.impacts import Impact, impacts
@@ -157,7 +156,7 @@ def compare(
     for engine in ("compiled", "drake"):
         runs[engine] = stages.run(engine, model, engine, _RUN)
         horizons[engine] = float(runs[engine].time[-1])
-        if system.experiment.can_touch:
+        if system.can_touch:
             other = stages.run(f"{engine}, looser", looser(model), engine, _LOOSER, horizons[engine])
             horizons[engine] = stages.horizon(f"{engine}, horizon", runs[engine], other, system)
     until, every = min(horizons.values()), names(system)
@@ -220,14 +219,14 @@ class _Stage:
 
 def looser(system: System) -> System:
     """Return the same system with a ten times looser accuracy."""
-    return system.replaced({"solver.accuracy": min(10.0 * system.experiment.solver.accuracy, 0.1)})
+    return system.replaced({"solver.accuracy": min(10.0 * system.settings.accuracy, 0.1)})
 
 
 def names(system: System) -> list[str]:
     """Return the compared columns: outputs, force and eccentricity of clearance joints, drive torques."""
-    joints, drives = system.experiment.play, system.experiment.drives
+    joints, drives = system.play, system.drives
     of_joints = [f"{joint}.{what}" for joint in joints for what in ("force", "eccentricity_ratio")]
-    return [*dict.fromkeys([*system.experiment.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)])]
+    return [*dict.fromkeys([*system.settings.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)])]
 
 
 def differences(run: Trajectory, other: Trajectory, columns: list[str], until: float) -> dict[str, Difference]:
@@ -244,9 +243,9 @@ def differences(run: Trajectory, other: Trajectory, columns: list[str], until: f
     return result
 
 
-def revolutions(experiment: Experiment, time: float) -> float | None:
+def revolutions(system: System, time: float) -> float | None:
     """Return the revolutions of the first drive with constant speed in a time; None without one."""
-    for drive in experiment.drives.values():
+    for drive in system.drives.values():
         if drive.prescribed and drive.speed:
             return abs(drive.speed) * time / (2.0 * np.pi)
     return None

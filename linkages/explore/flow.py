@@ -61,7 +61,7 @@ class Flow:
         run.
         """
         pieces = [] if self._last is None else [self._last]
-        while self.status is Status.OK and self.t < min(times[-1], self.system.experiment.duration):
+        while self.status is Status.OK and self.t < min(times[-1], self.system.settings.duration):
             self._last = self._take(WINDOW)
             pieces.append(self._last)
         piece = join(pieces)
@@ -124,17 +124,18 @@ def period_of(system: System, drive: str | None = None) -> float:
 
     By default the first drive with constant speed, otherwise the first periodic one.
     """
-    experiment = system.experiment
-    moving = {name: d for name, d in experiment.drives.items() if d.prescribed and (d.speed or d.varies)}
+    moving = {name: d for name, d in system.drives.items() if d.prescribed and (d.speed or d.varies)}
     if drive is not None and drive not in moving:
         raise InputError("argument", "drive", f'"{drive}" has no prescribed motion; {nearest(drive, moving)}')
     for name in sorted(moving, key=lambda name: moving[name].varies) if drive is None else [drive]:
         looks = _LOOKS if moving[name].formula is not None else 1
         for k in range(looks):
-            if (period := drive_period(system, name, experiment.duration * 2.0**k)) is not None:
+            if (period := drive_period(system, name, system.settings.duration * 2.0**k)) is not None:
                 return period
     problem = "does not repeat its motion" if drive else "no drive has constant speed or is periodic"
-    raise InputError(experiment.source, f"drives.{drive}" if drive else "drives", f"{problem}: there is no revolution")
+    raise InputError(
+        system.description.source, f"drives.{drive}" if drive else "drives", f"{problem}: there is no revolution"
+    )
 
 
 def lasting(system: System, revolutions: float, drive: str | None = None) -> System:

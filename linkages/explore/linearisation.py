@@ -153,7 +153,7 @@ def linearise(
     if equilibrium:
         point.settle()
     A, local, rates = point.matrix()
-    names = tuple(outputs or system.experiment.outputs or [name for name in local.names if name.startswith("q.")])
+    names = tuple(outputs or system.settings.outputs or [name for name in local.names if name.startswith("q.")])
     pack(system, names)
     C, error_c = _by_state(point, local, names)
     B, D, error_d = _by_inputs(point, local, names, chosen)

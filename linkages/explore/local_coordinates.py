@@ -44,7 +44,7 @@ def local_coordinates(system: System, closure: Closure, like: LocalCoordinates |
         follow = -own @ rows[:, independent]
         ways[dependent] = follow
         turn = -own @ turning @ ways
-    m, nz = len(independent), len(system.bristles) + len(system.experiment.own_states)
+    m, nz = len(independent), len(system.bristles) + len(system.own_states)
     entries = np.concatenate([independent, n + independent, 2 * n + np.arange(nz)])
     tangent = np.zeros((2 * n + nz, len(entries)))
     tangent[entries, np.arange(len(entries))] = 1.0
@@ -53,7 +53,7 @@ def local_coordinates(system: System, closure: Closure, like: LocalCoordinates |
         tangent[n + dependent, :m], tangent[n + dependent, m : 2 * m] = turn, follow
     coordinates = [tree.coordinates[k] for k in tree.free_dofs[independent]]
     bristles = [system.contacts[k][1] for k in system.bristles]
-    kinds = {"q": coordinates, "v": coordinates, "z": bristles, "s": system.experiment.own_states}
+    kinds = {"q": coordinates, "v": coordinates, "z": bristles, "s": system.own_states}
     names = [f"{kind}.{name}" for kind, owners in kinds.items() for name in owners]
     return LocalCoordinates(tuple(names), entries, tangent)
 

@@ -91,7 +91,7 @@ def _longest(follows: Flags) -> Array:
 
 def finer(system: System) -> System:
     """Return the system at the accuracy that shows the changes of numbers by small steps."""
-    accuracy = system.experiment.solver.accuracy
+    accuracy = system.settings.accuracy
     return system.replaced({"solver.accuracy": max(_TIGHTER * accuracy, min(accuracy, _LEAST))})
 
 

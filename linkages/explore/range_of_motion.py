@@ -59,9 +59,9 @@ def movable(mechanism: Mechanism, starts: Mapping[str, float], gears: Mapping[st
 
 def travel(system: System, drive: str) -> Travel:
     """Move one drive of `movable` to its limits, at most one revolution or twice the linkage's size either way."""
-    turns = system.mechanism.joint[drive].type == "revolute"
+    turns = system.joints[drive].type == "revolute"
     reach = 2.0 * np.pi if turns else 2.0 * system.tree.extent
-    start = system.experiment.drives[drive].angle
+    start = system.drives[drive].angle
     up = _way(system, drive, reach)
     full = turns and up.status is Status.OK
     ways = [(up, 1.0)] if full else [(_way(system, drive, -reach), -1.0), (up, 1.0)]
@@ -103,7 +103,7 @@ def _candidates(mechanism: Mechanism) -> list[str]:
 
 
 def _turns_fully(system: System, name: str) -> bool:
-    if system.mechanism.joint[name].type != "revolute":
+    if system.joints[name].type != "revolute":
         return False
     try:
         return system.determinate and _way(system, name, 2.0 * np.pi).status is Status.OK

@@ -155,7 +155,7 @@ def sensitivities(
     for path in paths:
         check_varied(system, path, near(system, path), "argument", names)
     stage = progress or (lambda name: lambda time: None)
-    span = (0.0, system.experiment.duration) if window is None else (float(window[0]), float(window[-1]))
+    span = (0.0, system.settings.duration) if window is None else (float(window[0]), float(window[-1]))
     found = _Differentiated(system, paths, names, span, stage("run"))
     errors: dict[str, dict[str, float | None]] = {path: dict.fromkeys(found.numbers) for path in paths}
     if error_estimate:
@@ -174,12 +174,12 @@ def _reach(
 ) -> dict[str, dict[str, float]]:
     """Find how far the derivatives of numbers predict, by path and key; without an entry where there is none."""
     span, keys = found.span, list(found.numbers)
-    outputs = list(dict.fromkeys([*names, *(f"{name}.power" for name in system.experiment.drives)]))
+    outputs = list(dict.fromkeys([*names, *(f"{name}.power" for name in system.drives)]))
 
     def numbers(table: Array, tight: bool) -> Array:
         """Make the numbers (m, nk) of runs with values (m, np)."""
         one = finer(system) if tight else system
-        done = lambda share: progress(share * system.experiment.duration)  # noqa: E731
+        done = lambda share: progress(share * system.settings.duration)  # noqa: E731
         return numbers_of(simulate_batch(one, [*values], table, outputs, [span], progress=done), keys)
 
     rates = np.array([[found.derivatives[path][key] for key in keys] for path in values], dtype=float)
@@ -192,7 +192,7 @@ def _finer(
     system: System, found: _Differentiated, paths: Sequence[str], names: Sequence[str], progress: TimeReport
 ) -> _Differentiated:
     """Repeat a run with a tighter accuracy: ten times, if the integrator does not reach the accuracy that is wanted."""
-    ratio = max(_TIGHTER, min(_LITTLE, _LEAST / system.experiment.solver.accuracy))
+    ratio = max(_TIGHTER, min(_LITTLE, _LEAST / system.settings.accuracy))
     try:
         return _Differentiated(tightened(system, found.run, ratio), paths, names, found.span, progress)
     except RunError:
@@ -230,7 +230,7 @@ class _Differentiated:
         span: tuple[float, float],
         progress: TimeReport,
     ) -> None:
-        drives = list(system.experiment.drives)
+        drives = list(system.drives)
         columns = [*names, *(f"{name}.power" for name in drives)]
         self.run = simulate(system, progress=progress, outputs=list(dict.fromkeys(columns)), wrt=paths)
         if self.run.status is not Status.OK:

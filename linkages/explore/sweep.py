@@ -141,7 +141,7 @@ def sweep(
         raise InputError("argument", path, "has no values")
     systems = [system.replaced({path: float(value)}, origin) for value in values]
     check_varied(system, path, [min(values), max(values)], origin, names)
-    wanted = [k for k, case in enumerate(systems) if horizons and case.experiment.can_touch]
+    wanted = [k for k, case in enumerate(systems) if horizons and case.can_touch]
     share = 0.5 if wanted else 1.0  # a horizon takes about the same time again
     look = None if progress is None else lambda done: progress(share * done)
     points, interrupted = points_of(systems, values, names, revolutions, transient, drive, threads, look)

@@ -80,7 +80,7 @@ class Assessment(Brief):
     no_ideal: str = ""
 
     def _facts(self) -> tuple[str, dict[str, str]]:
-        title = self.system.experiment.title or self.system.experiment.source.stem
+        title = self.system.description.heading
         parts = {"run": self.run, "ideal": self.ideal, "tighter": self.tighter}
         rows = {name: part._facts()[0] if part is not None else "not computed" for name, part in parts.items()}
         return f"{title}; {self.engine} engine, {self.run.status.value}", rows
@@ -108,7 +108,7 @@ class Assessment(Brief):
         phase of free motions and of vibrating links drifts by errors of the run: their cycles are not alike.
         """
         motion, system = self.motion, self.system
-        if motion.cycle is None or motion.since is None or not system.determinate or system.experiment.flexible:
+        if motion.cycle is None or motion.since is None or not system.determinate or system.flexible:
             return None
         start, end = motion.cycle
         lasts = _CYCLES * (end - start)
@@ -136,8 +136,8 @@ class Assessment(Brief):
         the load for longer than the flight. The start-up of the run ends when all these joints have started up and
         every drive has reached its speed; it may last longer than the run.
         """
-        experiment, end, times = self.system.experiment, float(self.run.time[-1]), []
-        for joint in experiment.play:
+        end, times = float(self.run.time[-1]), list[float]()
+        for joint in self.system.play:
             rows = [row for row in self.contacts if row.owner == joint]
             flight = min((row.start for row in rows), default=0.0)
             if flight > 0.0:
@@ -147,7 +147,7 @@ class Assessment(Brief):
                 times += [] if carried is None else [carried]
         if not times:
             return None
-        return min(max([*times, *(drive.ramp for drive in experiment.drives.values())]), end)
+        return min(max(*times, self.system.ramp), end)
 
     @cached_property
     def difference(self) -> Trajectory:
@@ -162,10 +162,10 @@ class Assessment(Brief):
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:
         """Return the time ranges with separate results, by name [s]; docs/outputs.md lists them."""
-        experiment, end = self.system.experiment, float(self.run.time[-1])
-        asked = {name: (window.start, window.end) for name, window in experiment.windows.items()}
-        if experiment.report_from is not None:
-            asked["report"] = experiment.report_from, experiment.duration
+        settings, end = self.system.settings, float(self.run.time[-1])
+        asked = {**settings.windows}
+        if settings.report_from is not None:
+            asked["report"] = settings.report_from, settings.duration
         if self.motion.cycle is not None:
             asked["steady"] = self.motion.cycle
         elif self.start_up is not None:
@@ -187,10 +187,10 @@ class Assessment(Brief):
     @property
     def reported(self) -> str:
         """Return the name of the window that tables show first, or "whole"."""
-        experiment = self.system.experiment
-        if experiment.report == "whole" and experiment.report_from is None:
+        settings = self.system.settings
+        if settings.report == "whole" and settings.report_from is None:
             return "whole"
-        wanted = ("report",) if experiment.report_from is not None else ("steady", "later")
+        wanted = ("report",) if settings.report_from is not None else ("steady", "later")
         return next((name for name in wanted if name in self.windows), "whole")
 
     @property
@@ -248,10 +248,9 @@ def touching(system: System) -> list[str]:
 
 def _judged(system: System) -> list[str]:
     """Return the columns that a singular position can make meaningless: outputs, and peaks except of loads."""
-    experiment = system.experiment
-    bounded = {name for _, name in experiment.acting if name not in experiment.closed}
+    bounded = {name for _, name in system.acting if name not in system.parts["closed"]}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
-    return [*experiment.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
+    return [*system.settings.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
 
 
 def _carried(run: Trajectory, ideal: Trajectory, force: str) -> float | None:

@@ -25,10 +25,9 @@ def numbers(
 
     Contacts that begin in the time range are counted; of their durations only the part within it.
     """
-    experiment = system.experiment
     # rigid links have no deformation outputs
-    given = [name for name in experiment.outputs if name in trajectory and name not in meaningless]
-    films = [f"{name}.film_thickness" for name in experiment.play if f"{name}.film_thickness" in trajectory]
+    given = [name for name in system.settings.outputs if name in trajectory and name not in meaningless]
+    films = [f"{name}.film_thickness" for name in system.play if f"{name}.film_thickness" in trajectory]
     extreme = extremes(trajectory, [*given, *films])
     columns = [column for column in peak_columns(system) if column in trajectory]
     peak = peaks(trajectory, [column for column in columns if column not in meaningless])
@@ -42,32 +41,32 @@ def numbers(
         return {quantity: of(f"{name}.{quantity}"), "work": work}
 
     result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
-    for name in experiment.outputs:
+    for name in system.settings.outputs:
         found = extreme.get(name)
         result["outputs"][name] = {key: found and getattr(found, key) for key in ("min", "max", "peak", "time")}
-    for name in system.mechanism.joint:
+    for name in system.joints:
         entry: dict[str, Any] = {"model": "ideal", "force": of(f"{name}.force")}
         if f"{name}.eccentricity_ratio" in columns:
-            entry["model"] = experiment.joints[name].model
+            entry["model"] = system.joints[name].model
             entry["eccentricity_ratio"] = {"peak": peak[f"{name}.eccentricity_ratio"].value}
             if (least := extreme.get(f"{name}.film_thickness")) is not None:
-                share = least.min / (experiment.joints[name].clearance or np.inf)
+                share = least.min / (system.joints[name].clearance or np.inf)
                 entry["film_thickness"] = {"min": least.min, "time": least.time_min, "share": share}
             entry |= _contacts(trajectory, [row for row in touches if row.owner == name])
         if f"{name}.tilting_moment" in columns:
             entry["tilting_moment"] = of(f"{name}.tilting_moment")
         result["joints"][name] = entry
-    for name in experiment.drives:
+    for name in system.drives:
         result["drives"][name] = effort(name, "torque") | {"unit": unit(system, f"{name}.torque")}
-        if not experiment.drives[name].acts:
+        if not system.drives[name].acts:
             result["drives"][name]["acts"] = False
         if name in system.tree.powered and f"{name}.rate" in trajectory:
             result["drives"][name]["fluctuation"] = _fluctuation(trajectory, f"{name}.rate")
-    for table, name in experiment.acting:
+    for table, name in system.acting:
         entry = result.setdefault("loads", {})[name] = effort(name, effort_of(system, table, name))
         if f"{name}.upper.penetration" in trajectory:  # a gear with backlash
             entry |= _contacts(trajectory, [row for row in touches if row.owner == name])
-    for name in experiment.flexible:
+    for name in system.flexible:
         if f"{name}.stress" in columns:
             link = result.setdefault("links", {})[name] = {key: of(f"{name}.{key}") for key in _LINK}
             for key in ("deflection", "stress"):
@@ -104,21 +103,20 @@ def peak_columns(system: System) -> list[str]:
 
     A run lacks the columns of other models.
     """
-    experiment = system.experiment
     return [
-        *(f"{joint.name}.force" for joint in system.mechanism.joints),
-        *(f"{name}.{quantity}" for name in experiment.play for quantity in ("eccentricity_ratio", "tilting_moment")),
-        *(f"{name}.torque" for name in experiment.drives),
-        *(f"{name}.{effort_of(system, table, name)}" for table, name in experiment.acting),
-        *(f"{name}.{quantity}" for name in experiment.flexible for quantity in _LINK),
+        *(f"{joint.name}.force" for joint in system.joints.values()),
+        *(f"{name}.{quantity}" for name in system.play for quantity in ("eccentricity_ratio", "tilting_moment")),
+        *(f"{name}.torque" for name in system.drives),
+        *(f"{name}.{effort_of(system, table, name)}" for table, name in system.acting),
+        *(f"{name}.{quantity}" for name in system.flexible for quantity in _LINK),
     ]
 
 
 def effort_of(system: System, table: str, name: str) -> str:
     """Return the characteristic quantity of an applied load, element, gear, stop or contact."""
     if table in OF_ELEMENTS:
-        kind, keys = OF_ELEMENTS[table], system.experiment.elements[table][name]
-        return kind.outputs_of(keys, system.mechanism.slides).effort
+        kind, keys = OF_ELEMENTS[table], system.parts[table][name]
+        return kind.outputs_of(keys, system.slides).effort
     along = table in ("slack", "frictions", "gears", "couplings", "stops")
     return "torque" if table == "motors" or (along and turns(system, table, name)) else "force"
 

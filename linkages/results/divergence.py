@@ -64,7 +64,7 @@ class _Pair:
         self._system, self._evaluate = system, dense(run)
         self.end = float(min(run.time[-1], other.time[-1]))
         steps = np.flatnonzero(other.time <= self.end)[::every]
-        self.times, touching = other.time[steps], system.experiment.can_touch
+        self.times, touching = other.time[steps], system.can_touch
         self._there = configuration(system, {name: column[steps] for name, column in other.columns.items()})
         self._limit = PARTED if touching else STRAYED
         here = interpolated(run.time, configuration(system, run.columns), self.times)
@@ -118,7 +118,7 @@ def configuration(system: System, columns: Mapping[str, Array]) -> Array:
     if not system.determinate:
         tree = system_of(system, columns).tree
         for name in (tree.coordinates[k] for k in tree.closing_dofs):
-            joint = system.mechanism.joint.get(name)
+            joint = system.joints.get(name)
             slides = joint.type == "prismatic" if joint else "." in name and not name.endswith(".angle")
             value = columns[f"q.{name}"]
             entries += [value / system.tree.extent] if slides else [np.cos(value), np.sin(value)]

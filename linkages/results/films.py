@@ -73,16 +73,14 @@ class JointHeat:
 
 def heated(system: System) -> list[str]:
     """List the joints with a heat balance."""
-    joints = system.experiment.joints
-    return [name for name, _ in system.tree.contacts if joints[name].heat is not None and joints[name].has_film]
+    return [name for name, _ in system.tree.contacts if system.joints[name].heat is not None]
 
 
 def joint_heat(system: System, run: Trajectory, name: str, span: tuple[float, float], cyclic: bool) -> JointHeat:
     """Compute the heat balance of a joint over a part of a run with dense output; ArithmeticError without a balance."""
-    model = system.experiment.joints[name]
-    if model.oil is None or model.heat is None:
+    heat, now = system.joints[name].heat, system.joints[name].oil_temperature
+    if heat is None or now is None:
         raise AssertionError("a joint with a heat balance has oil")
-    heat, now = model.heat.of(model.oil), model.oil.temperature
     part = run.within(*span)
     column = f"{name}.contact_power"  # of a joint with a drive
     power = -integral(part, column if column in part else f"{name}.power") / (span[1] - span[0])

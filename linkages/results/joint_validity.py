@@ -79,7 +79,7 @@ def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[
     """Warn of laws and flexible-link models used outside their validity in a run, one entry for each rule."""
     cases = []
     for k, ((name, _), model) in enumerate(zip(system.tree.contacts, system.models, strict=False)):
-        joint = system.mechanism.joint[name]
+        joint = system.joints[name]
         if joint.bearing is not None:
             own = [impact for impact in impacts if impact.joint == name]
             end = float(system.film_limits[k])
@@ -92,7 +92,7 @@ def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
     """Yield the clearance joints that can touch, each with its name."""
     models = {name: model for (name, _), model in zip(system.tree.contacts, system.models, strict=False)}
     for name, model in models.items():
-        joint = system.mechanism.joint[name]
+        joint = system.joints[name]
         contacts = [label for owner, label in system.tree.contacts if owner == name]
         if not model.can_touch:
             continue

@@ -106,7 +106,7 @@ def link_loads(system: System, time: float, state: State) -> dict[str, LinkLoads
     needed = _needed(seen)
     return {
         link: _of_link(system, seen, link, found[link], needed)
-        for link in system.mechanism.link
+        for link in system.links
         if link in found and link != "world"
     }
 
@@ -136,7 +136,7 @@ _Action = tuple[str, int, Array, Array, float]  # name, body, place, force, mome
 def _in_joints(system: System, seen: Snapshot) -> Iterator[_Action]:
     """Yield the force on both links of each joint."""
     for joint, record, (fx, fy, moment) in zip(
-        system.mechanism.joints, seen.model.joints, seen.forces.tolist(), strict=True
+        system.joints.values(), seen.model.joints, seen.forces.tolist(), strict=True
     ):
         force, place = np.array([fx, fy]), _place(seen, record["child"])
         parent, opposite = int(record["parent"]), place
@@ -148,7 +148,7 @@ def _in_joints(system: System, seen: Snapshot) -> Iterator[_Action]:
 
 def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
     """Yield the effort of each drive on both links of its joint."""
-    names = [joint.name for joint in system.mechanism.joints]
+    names = [joint.name for joint in system.joints.values()]
     drives = (*system.tree.driven, *system.tree.powered)
     bodies = (*seen.model.driven_bodies, *seen.model.powered_bodies)
     for name, carried, effort in zip(drives, bodies, seen.efforts.tolist(), strict=True):
@@ -159,7 +159,7 @@ def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
             force, moment = effort * np.array(turned(seen.state.pose, mount, body["ux"], body["uy"])), 0.0
         ends = int(record["child"]["body"]), int(record["parent"])
         outer, inner = reversed(ends) if record["reversed"] else ends
-        if name in system.experiment.gearboxes:
+        if name in system.parts["gearboxes"]:
             outer, inner = int(carried), int(record["parent"])
         yield name, outer, place, force, moment
         yield name, inner, place, -force, -moment
@@ -169,11 +169,11 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     """Yield the forces of applied loads, stops, points at lines, and gears."""
     model, w = seen.model, seen.state
     functions = functions_of(model)
-    for (_, name, _), one in zip(elements_of(system.experiment.elements), apart(model.elements), strict=True):
+    for (_, name, _), one in zip(elements_of(system.parts), apart(model.elements), strict=True):
         wrench = np.zeros_like(w.wrench)
         add_elements(one, functions, time, w.v, w.pose, w.vel, wrench)
         yield from _split(seen, name, wrench, markers_of(one))
-    for k, (_, name) in enumerate(system.experiment.loads):
+    for k, (_, name) in enumerate(system.named_loads):
         wrench = np.zeros_like(w.wrench)
         load_wrenches((model.loads[k : k + 1], *functions), time, w.v, w.pose, w.vel, wrench)
         record = model.loads[k]
@@ -184,7 +184,7 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
         markers = [end[0]["bearing"], end[0]["journal"], *row_markers(end[0]["row"])]
         yield from _split(seen, system.contacts[k][1], wrench, markers)
     for name, row, size in zip(
-        reversed(system.experiment.closed), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
+        reversed(system.parts["closed"]), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
     ):
         wrench = np.zeros_like(w.wrench)
         add_row_wrench(row, w.pose, size, wrench)
@@ -243,7 +243,7 @@ class _Axes(NamedTuple):
 def _axes(system: System, seen: Snapshot, link: str) -> _Axes:
     body, x, y = system.tree.named_marker(link)
     pose = seen.state.pose
-    angle = pose[body, 2] + system.mechanism.place[link].angle
+    angle = pose[body, 2] + system.places[link].angle
     c, s = np.cos(angle), np.sin(angle)
     return _Axes(pose[body, :2] + np.array(turned(pose, body, x, y)), np.array([[c, s], [-s, c]]))
 

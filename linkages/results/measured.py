@@ -61,13 +61,13 @@ class Measured:
 
 def check_data(system: System) -> None:
     """Check the outputs that columns of the experiment's data are mapped to; InputError for an unknown one."""
-    for data in [system.experiment.data] if system.experiment.data is not None else []:
+    for data in [system.settings.data] if system.settings.data is not None else []:
         for name, column in data.columns.items():
             try:
                 check_output(system, column.output)
             except InputError as problem:
                 raise InputError(
-                    system.experiment.source, f"data.columns.{name}.output", str(problem.problem)
+                    system.description.source, f"data.columns.{name}.output", str(problem.problem)
                 ) from None
 
 
@@ -76,7 +76,7 @@ def measured(system: System, run: Trajectory) -> dict[str, Measured]:
 
     Without ``[data.columns]`` each column of the file that is named like an output is compared.
     """
-    data, source = system.experiment.data, system.experiment.source
+    data, source = system.settings.data, system.description.source
     if data is None or data.recording is None:
         return {}
     recording = data.recording

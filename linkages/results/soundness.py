@@ -134,7 +134,7 @@ class Soundness:
         if not kinds:
             return frozenset(self.indeterminate)
         bounded = frozenset.intersection(*(frozenset(BOUNDED[kind]) for kind in kinds))
-        drives = self.system.experiment.drives if kinds == {ONE_BRANCH} else ()
+        drives = self.system.drives if kinds == {ONE_BRANCH} else ()
         along = {f"{name}.{quantity}" for name in drives for quantity in ("torque", "power")}
         unbounded = {name for name in names if not name.startswith("q.") and name.rpartition(".")[2] not in bounded}
         return frozenset((unbounded - along).union(self.indeterminate))
@@ -142,18 +142,18 @@ class Soundness:
 
 def _sizes(system: System, arrays: Arrays, q: Array, reaction: Array) -> Mapping[str, float]:
     """Compute each column's magnitude under reactions alone [N]; moments over the linkage's length."""
-    mechanism, gears = system.mechanism, system.experiment.closed
+    gears = system.parts["closed"]
     work = make_workspace(len(arrays.bodies.records), len(q), len(arrays.rows), arrays.bodies.shapes.shape[2])
     body_positions(arrays.bodies, q, work.pose)
     work.reaction[:] = reaction
     forces, efforts = np.zeros((len(arrays.joints), 3)), np.zeros(len(arrays.driven) + len(arrays.powered))
     joint_forces(arrays, work, np.zeros((len(arrays.ends), WIDTH)), forces, efforts)
     sizes: dict[str, float] = {}
-    for joint, (fx, fy, moment) in zip(mechanism.joints, np.abs(forces).tolist(), strict=True):
+    for joint, (fx, fy, moment) in zip(system.joints, np.abs(forces).tolist(), strict=True):
         each = {"fx": fx, "fy": fy, "force": math.hypot(fx, fy), "moment": moment / arrays.size}
-        sizes |= {f"{joint.name}.{quantity}": size for quantity, size in each.items()}
+        sizes |= {f"{joint}.{quantity}": size for quantity, size in each.items()}
     for name, effort in zip(system.tree.driven, np.abs(efforts).tolist(), strict=False):
-        size = effort / arrays.size if mechanism.joint[name].type == "revolute" else effort
+        size = effort / arrays.size if system.joints[name].type == "revolute" else effort
         sizes |= {f"{name}.torque": size, f"{name}.power": size}
     for name, effort in zip(gears, np.abs(reaction[len(reaction) - len(gears) :]).tolist(), strict=True):
         quantity = effort_of(system, "gears", name)

@@ -101,15 +101,14 @@ def common_period(system: System) -> float | None:
     constant speed, a linkage without a prescribed drive that moves, and drive frequencies without a ratio of small
     integers have no common period.
     """
-    experiment = system.experiment
-    own = [name for one in experiment.quantities.values() for name in inputs_of(one.definition, experiment.quantities)]
-    if TIME in own or TIME in experiment.functions_read:
+    own = [name for one in system.quantities.values() for name in inputs_of(one.definition, system.quantities)]
+    if TIME in own or TIME in system.functions_read:
         return None
     frequencies = []
-    for name, drive in experiment.drives.items():
+    for name, drive in system.drives.items():
         if not drive.varies and not (drive.prescribed and drive.speed):
             continue
-        period = drive_period(system, name, experiment.duration) if drive.prescribed else None
+        period = drive_period(system, name, system.settings.duration) if drive.prescribed else None
         if period is None:
             return None
         frequencies.append(1.0 / period)
@@ -129,10 +128,10 @@ def drive_period(system: System, name: str, end: float) -> float | None:
 
     The motion of a table, a formula or a prismatic joint is examined up to `end` [s].
     """
-    drive = system.experiment.drives[name]
+    drive = system.drives[name]
     if (period := next((fit.period for fit in drive.fitted), None)) is not None:
         return period
-    if drive.varies or system.mechanism.joint[name].type != "revolute":
+    if drive.varies or system.joints[name].type != "revolute":
         k = system.tree.driven.index(name)
         return repeats(lambda times: np.stack(system.motions(times), axis=-1)[:, k], end)
     return 2.0 * np.pi / abs(drive.speed) if drive.speed else None
@@ -191,7 +190,7 @@ def motion_of(system: System, run: Trajectory) -> Motion:
         return Motion(None, "the drives have no common period", end=end)
     if run.status is not Status.OK:
         return Motion("not settled", "the run ended early", period, end=end)
-    start = max(float(run.time[0]), *(drive.ramp for drive in system.experiment.drives.values()))
+    start = max(float(run.time[0]), system.ramp)
     count = int(max(end - start, 0.0) / period * _PHASES * (1.0 + 1e-12))  # zero if the ramp is longer than the run
     times = end - period / _PHASES * np.arange(count + 1)
     states = interpolated(run.time, configuration(system, run.columns), np.maximum(times, run.time[0]))

@@ -10,13 +10,13 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.errors import Status
 from linkages.input.files.versions import versions
-from linkages.input.model.skeleton import color_of
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import peaks
 from linkages.results.peak_errors import errors
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import warnings
+from linkages.system.identity import input_record
 
 _ZERO = 1e-9  # relative to the largest force or torque: smaller peaks are rounding errors
 _NOTHING = 1e-9  # ratio of an ideal range to a difference below which the range is rounding
@@ -64,18 +64,18 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
             exact = numbers(system, ideal_run.within(start, end), assessment.ideal_meaningless)
         found["difference"] = _differences(assessment, exact, start, end)
         windows[name] = {"from": start, "to": end, **found, "ideal": exact}
-    quality, experiment, tree = system.assembly.quality, system.experiment, system.tree
+    quality, tree = system.assembly.quality, system.tree
     carrying = {edge.joint for edge in tree.edges.values()}
     return {
         "engine": assessment.engine,
         "duration": float(run.time[-1]),
         "status": run.status.value,
         "mechanism": {
-            "name": system.mechanism.name,
+            "name": system.description.machine,
             "mobility": system.assembly.mobility,
             "driven": [*tree.driven, *tree.powered],
-            "joints": {joint.name: [joint.parent, joint.child] for joint in system.mechanism.joints},
-            "colors": {name: color_of(system.mechanism, name) for name in system.mechanism.place},
+            "joints": {joint.name: [joint.parent, joint.child] for joint in system.joints.values()},
+            "colors": dict(system.colors),
             "cut": {"play": [name for name in tree.play if name not in carrying], "ideal": list(tree.loops)},
             "quality": None if np.isnan(quality) else quality,
             "loop_error": run.provenance.get("loop_error", 0.0),
@@ -83,8 +83,8 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
         **whole,
         "ideal": None if ideal_run is None or ideal is None else {"status": ideal_run.status.value, **ideal},
         **({"no_ideal": assessment.no_ideal} if ideal_run is None else {}),
-        **({"recorded": _recorded(assessment)} if experiment.from_files else {}),
-        **({"measured": {k: one.content for k, one in assessment.measured.items()}} if experiment.data else {}),
+        **({"recorded": _recorded(assessment)} if system.recorded else {}),
+        **({"measured": {k: one.content for k, one in assessment.measured.items()}} if system.settings.data else {}),
         "motion": assessment.motion.content,
         "start_up": assessment.start_up,
         "report": assessment.reported,
@@ -94,10 +94,7 @@ def unjudged(assessment: Assessment) -> dict[str, Any]:
         "windows": windows,
         "provenance": {
             "versions": versions(),
-            "experiment": experiment.model_dump(exclude_unset=True, exclude_none=True)
-            | {"file": experiment.source.name},
-            "folder": str(experiment.source.resolve().parent),
-            "sources": experiment.sources,
+            **input_record(system),
             "run": {key: value for key, value in run.provenance.items() if key != "wall_time"},
             "wall_time": run.provenance["wall_time"],
         },
@@ -112,11 +109,11 @@ def _differences(
     Its share is the part of the ideal output's range or of the ideal force's peak, None if that is rounding.
     Differences that are rounding are left out.
     """
-    experiment = assessment.system.experiment
-    if ideal is None or not (experiment.play or experiment.flexible):
+    system = assessment.system
+    if ideal is None or not (system.play or system.flexible):
         return {}
     apart, unknown = assessment.difference, assessment.meaningless | assessment.ideal_meaningless
-    names = [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
+    names = [*system.settings.outputs, *(f"{name}.force" for name in system.play)]
     begin = max(start, assessment.taken_up)
     if begin >= (last := min(end, float(apart.time[-1]))):
         return {}
@@ -163,7 +160,7 @@ def _recorded(assessment: Assessment) -> dict[str, Any]:
                 for fit in table.fitted
             ],
         }
-        for path, table in assessment.system.experiment.from_files.items()
+        for path, table in assessment.system.recorded.items()
     }
 
 

@@ -103,7 +103,7 @@ FLEXIBLE_RULES = Rules[FlexibleCase]()
 def flexible_cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[tuple[str, FlexibleCase]]:
     """Yield the flexible links with the data of the rules; none for runs with other link models."""
     carried = _carriers(system)
-    drives = [name for name in system.tree.driven if system.mechanism.joint[name].type == "revolute"]
+    drives = [name for name in system.tree.driven if system.joints[name].type == "revolute"]
     return [
         (name, FlexibleCase(name, substructures, run, [hit for hit in impacts if name in carried[hit.joint]], drives))
         for name, substructures in system.tree.flexible.items()

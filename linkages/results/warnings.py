@@ -90,15 +90,15 @@ def _undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, An
 
 def refinements(system: System, run: Trajectory) -> tuple[str, ...]:
     """Name the settings beside solver.accuracy that reduce the errors of a run, most effective ones first."""
-    experiment, found = system.experiment, list[str]()
+    found = list[str]()
     for name in system.film_steps:
-        history = experiment.joints[name].history
+        history = system.joints[name].history
         if history is None or (history.step is not None and history.accuracy is None):
             found.append(f"shorten joints.{name}.history.step, or leave it out: the run then chooses the film step")
         else:
             found.append(f"reduce joints.{name}.history.accuracy")
     if system_of(system, run.columns) is not system:
-        found += [f"increase links.{name}.segments" for name in experiment.flexible]
+        found += [f"increase links.{name}.segments" for name in system.flexible]
     return tuple(found)
 
 
@@ -146,7 +146,7 @@ def _chaotic(
 
 def _geared(system: System) -> list[dict[str, Any]]:
     """Warn of gears that lock each other, and of joints of geared wheels: gears omit the tooth forces on the pins."""
-    gears, every = system.experiment.closed, system.experiment.meshes
+    gears, every = system.parts["closed"], system.parts["meshes"]
     joints = dict.fromkeys(name for gear in every.values() for name in gear.joints)
     if not every:
         return []
@@ -167,7 +167,7 @@ def _geared(system: System) -> list[dict[str, Any]]:
 
 def _unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
     """Warn of links whose axial deformation rigid segments omit without the setting axial = 0."""
-    names = [name for name in system.experiment.flexible if system.experiment.links[name].axial != 0]
+    names = [name for name in system.flexible if system.parts["links"][name].axial != 0]
     if not names or system_of(system, run.columns) is system:
         return []
     what = f"the rigid segments of {_listed(names)} are inextensible: axial modes are omitted"

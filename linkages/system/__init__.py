@@ -3,8 +3,12 @@
 | module                  | responsibility                                                               |
 |-------------------------|------------------------------------------------------------------------------|
 | system                  | `System`: the assembled start, all arrays; `load`                            |
-| identity                | the inputs of all results of a system, as a text                             |
+| identity                | the input of a system, for records of results and for comparison             |
 | unassembled             | `Unassembled`: tree, motions, loads, contacts and their records              |
+| settings                | `Settings`: duration, accuracy, method, outputs and windows of a run         |
+| description             | `Description`: title, names, files                                           |
+| joints                  | `SystemJoint`: a joint's places, axis, clearance and model                   |
+| parts                   | named elements by table and name                                             |
 | tree                    | spanning tree: carrying joints, cut joints, coordinates                      |
 | spanning                | construction of the spanning tree                                            |
 | flexible_link           | a flexible link in the tree: frames, modes and sections of its substructures |

@@ -65,7 +65,7 @@ def _light(mechanism: Mechanism) -> list[Link]:
 
 
 def _size(mechanism: Mechanism) -> float:
-    return float(extent_of(joint_ends(mechanism))) or 1.0
+    return float(extent_of(joint_ends(mechanism.joints))) or 1.0
 
 
 def _open_ways(tree: Tree, q: Array) -> Array:

@@ -222,7 +222,7 @@ class System(Unassembled):
         dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
         # calls by address assume contiguous arrays without a check
-        rest = map(np.ascontiguousarray, (self.ends, tree.joints(), *joints, *dofs, *applied))
+        rest = map(np.ascontiguousarray, (self.ends, tree.joint_records(), *joints, *dofs, *applied))
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
         return Arrays._make(
             [*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, self.elements, tree.extent]
@@ -267,7 +267,7 @@ class System(Unassembled):
             rows=rows,
             elimination=elimination,
             ends=self.ends[:0],
-            joints=tree.joints(ideal=True),
+            joints=tree.joint_records(ideal=True),
             free=tree.closing_dofs,
         )
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,8 @@ from linkages.base.kernel.simd import LaneArray
 from linkages.elements.element import Point
 from linkages.input.functions.definitions import OF_JOINTS
 from linkages.input.model.load_tables import WHEEL, Mesh
-from linkages.input.model.mechanism import Mechanism
+from linkages.input.model.mechanism import Frame, Joint, Link, Mechanism
+from linkages.input.model.skeleton import Skeleton, skeleton
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
 from linkages.mechanics.planar.closure import closure_error
@@ -61,9 +63,9 @@ class Edge:
     reversed: bool
 
 
-def joint_ends(mechanism: Mechanism) -> Array:
+def joint_ends(joints: Iterable[Joint]) -> Array:
     """Return the places of both ends of each joint in the reference configuration, (np, 2) [m]."""
-    return np.array([end for joint in mechanism.joints for end in (joint.on_parent, joint.on_child)])
+    return np.array([end for joint in joints for end in (joint.on_parent, joint.on_child)])
 
 
 def extent_of(ends: Array) -> Array:
@@ -100,6 +102,50 @@ class Tree:
     slack: tuple[Mesh, ...] = ()  # the same with backlash
     wheels: Mapping[str, int] = field(default_factory=dict)  # bodies of the gearboxes' output wheels, by coordinate
     hinges: tuple[str, ...] = ()  # joints between rigid segments of flexible links
+
+    @property
+    def name(self) -> str:
+        """Return the name of the mechanism."""
+        return self.mechanism.name
+
+    @property
+    def source(self) -> Path:
+        """Return the file of the mechanism, which errors name."""
+        return self.mechanism.source
+
+    @property
+    def joints(self) -> Mapping[str, Joint]:
+        """Return the joints by name, in the reference configuration."""
+        return self.mechanism.joint
+
+    @property
+    def links(self) -> Mapping[str, Link]:
+        """Return the links by name, in the reference configuration; masses and inertias are the bodies'."""
+        return self.mechanism.link
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """Return the named frames, in the reference configuration."""
+        return self.mechanism.frames
+
+    @property
+    def points(self) -> Mapping[str, Frame]:
+        """Return the frames of links and the named frames, by name."""
+        return self.mechanism.point
+
+    @property
+    def places(self) -> Mapping[str, Frame]:
+        """Return everything with a position, by name: `points`, and joints."""
+        return self.mechanism.place
+
+    @property
+    def basis(self) -> Array:
+        """Return the plane's axes x_P, y_P and its normal in world axes, as columns (3, 3)."""
+        return self.mechanism.basis
+
+    def skeleton(self, link: str) -> Skeleton:
+        """Return the shape of a link without visuals: its joints and frames, and the bars between them."""
+        return skeleton(self.mechanism, self.links[link], self.extent)
 
     @property
     def size(self) -> int:
@@ -193,7 +239,7 @@ class Tree:
                 rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height, *NO_STOP))
         return np.array(rows, types.ENDS)
 
-    def joints(self, ideal: bool = False) -> Records:
+    def joint_records(self, ideal: bool = False) -> Records:
         """Return the records that give each joint force, with clearances, or with every joint ideal."""
         cut = (*self.play, *self.loops) if ideal else self.loops
         contacts = {} if ideal else {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
@@ -300,7 +346,7 @@ class Tree:
         Where they coincide, as in a cart with a pendulum, it is the box around joints, frames and mass centres; where
         these coincide too, the largest radius of gyration.
         """
-        machine, ends = self.mechanism, joint_ends(self.mechanism)
+        machine, ends = self.mechanism, joint_ends(self.mechanism.joints)
         frames = [frame.origin for frame in machine.frames if frame.link != "world"]
         boxes = [points for points in (ends, [*ends, *frames, *(link.com for link in machine.links)]) if len(points)]
         radii = [math.sqrt(link.inertia / link.mass) for link in machine.links if link.mass > 0.0]

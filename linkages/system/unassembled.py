@@ -19,14 +19,22 @@ from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import FILM_ACCURACY, FilmHistory, JointModel
-from linkages.input.model.mechanism import Mechanism
+from linkages.input.model.functions import Quantity
+from linkages.input.model.mechanism import Frame, Link, Mechanism
+from linkages.input.model.recorded_tables import FromFile
+from linkages.input.model.skeleton import colors_of
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
+from linkages.system.assembly import start_offsets
+from linkages.system.description import Description, description_of
 from linkages.system.flexible_link import flexible_link
+from linkages.system.joints import SystemJoint, joints_of
 from linkages.system.law_records import ContactLaws, contact_laws
 from linkages.system.lightness import negligible_inertials
 from linkages.system.load_records import Packed, pack_loads, unilateral_ends, unilateral_models
+from linkages.system.parts import Parts, parts_of
+from linkages.system.settings import Settings, settings_of
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
 
@@ -77,6 +85,141 @@ class Unassembled(Brief):
 
     def __post_init__(self) -> None:
         check(self.mechanism, self.experiment)
+
+    # -- what later steps ask instead of mechanism and experiment ---------------------------------
+
+    @cached_property
+    def settings(self) -> Settings:
+        """Return the settings of a run."""
+        return settings_of(self.experiment)
+
+    @cached_property
+    def description(self) -> Description:
+        """Return names and files, for tables, figures and errors."""
+        return description_of(self.mechanism, self.experiment)
+
+    @cached_property
+    def joints(self) -> dict[str, SystemJoint]:
+        """Return the joints by name, with their places in the reference configuration, and clearances."""
+        return joints_of(self.mechanism, self.experiment)
+
+    @property
+    def links(self) -> Mapping[str, Link]:
+        """Return the links by name, in the reference configuration."""
+        return self.mechanism.link
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """Return the named frames, in the reference configuration."""
+        return self.mechanism.frames
+
+    @property
+    def points(self) -> Mapping[str, Frame]:
+        """Return the frames of links and the named frames, by name."""
+        return self.mechanism.point
+
+    @property
+    def places(self) -> Mapping[str, Frame]:
+        """Return everything with a position, by name: `points`, and joints."""
+        return self.mechanism.place
+
+    @property
+    def basis(self) -> Array:
+        """Return the plane's axes x_P, y_P and its normal in world axes, as columns (3, 3)."""
+        return self.mechanism.basis
+
+    @cached_property
+    def colors(self) -> dict[str, str]:
+        """Return the colours of links, frames and joints by name, as ``#rrggbb``."""
+        return colors_of(self.mechanism)
+
+    @cached_property
+    def parts(self) -> Parts:
+        """Return the named elements by table and name, see `linkages.system.parts`."""
+        return parts_of(self.experiment)
+
+    @property
+    def named_loads(self) -> tuple[tuple[str, str], ...]:
+        """Return table and name of each applied load, in the order of their records."""
+        return self.experiment.loads
+
+    @property
+    def functions_read(self) -> set[str]:
+        """Return the names that functions of elements read: the time, positions, speeds, quantities."""
+        return self.experiment.functions_read
+
+    @property
+    def acting(self) -> tuple[tuple[str, str], ...]:
+        """Return table and name of each named element that acts; gearboxes with backlash are elements of `slack`."""
+        return self.experiment.acting
+
+    @property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """Return states, formulas of motors and controllers, and values, by their names in formulas."""
+        return self.experiment.quantities
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Return the numbers for formulas by name, in SI units."""
+        return self.experiment.values
+
+    @property
+    def machine_values(self) -> Mapping[str, float]:
+        """Return the replaceable numbers of the machine, by dotted path without ``sdf.``, in SI units."""
+        return self.mechanism.values
+
+    @property
+    def recorded(self) -> Mapping[str, FromFile]:
+        """Return the drives and loads that take their signal from a data file, by dotted path."""
+        return self.experiment.from_files
+
+    @property
+    def drives(self) -> Mapping[str, Drive]:
+        """Return the drives, by joint."""
+        return self.experiment.drives
+
+    @property
+    def driving(self) -> list[str]:
+        """Name the drives that act, see `Drive.acts`."""
+        return self.experiment.driving
+
+    @property
+    def ramp(self) -> float:
+        """Return the longest time of a drive's smooth start [s]; zero without one."""
+        return max((drive.ramp for drive in self.drives.values()), default=0.0)
+
+    @property
+    def play(self) -> tuple[str, ...]:
+        """Return the clearance joints, in the order of the experiment; `Tree.play` has the mechanism's order."""
+        return self.experiment.play
+
+    @property
+    def flexible(self) -> tuple[str, ...]:
+        """Return the flexible links, in the order of the experiment."""
+        return self.experiment.flexible
+
+    @property
+    def can_touch(self) -> bool:
+        """Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines."""
+        return self.experiment.can_touch
+
+    @property
+    def own_states(self) -> Mapping[str, Quantity]:
+        """Return the additional states by name, in the order of the state vector."""
+        return self.experiment.own_states
+
+    @property
+    def unread_states(self) -> set[str]:
+        """Return the additional states that no formula reads, such as a motor's energy."""
+        return self.experiment.unread_states
+
+    def sampling_times(self, end: float) -> Array:
+        """Return the times after t = 0 and up to an end at which states are sampled [s]."""
+        return self.experiment.sampling_times(end)
+
+    def slides(self, joint: str) -> bool:
+        """Tell whether a joint is prismatic."""
+        return self.mechanism.slides(joint)
 
     # -- the tree ----------------------------------------------------------------------------------
 
@@ -189,17 +332,22 @@ class Unassembled(Brief):
     @property
     def start_states(self) -> Array:
         """Return the additional states at t = 0, (nz,)."""
-        return np.array([one.start for one in self.experiment.own_states.values()], float)
+        return np.array([one.start for one in self.own_states.values()], float)
 
     @property
     def state_scales(self) -> Array:
         """Return the magnitudes in parts of which their errors count, (nz,)."""
-        return np.array([one.scale for one in self.experiment.own_states.values()], float)
+        return np.array([one.scale for one in self.own_states.values()], float)
 
     @cached_property
     def gravity(self) -> Array:
         """Return gravity in plane axes, (2,) [m/s2]."""
         return self.mechanism.basis[:, :2].T @ self.experiment.gravity
+
+    @property
+    def start_offsets(self) -> Array:
+        """Return the values (nr,) of the closure rows at the start: journals' offsets, places in the backlash."""
+        return start_offsets(self.tree, self.experiment)
 
     # -- contacts ----------------------------------------------------------------------------------
 

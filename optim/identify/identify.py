@@ -177,7 +177,7 @@ def _fit(
     residuals.budget = search_budget(fit.time)
     first, last = residuals.span()
     last = last - share * (last - first)
-    touches = any(one.system.experiment.can_touch for one in residuals.task.measurements)
+    touches = any(one.system.can_touch for one in residuals.task.measurements)
     windows = fit.windows or ("impacts" if touches else "all")
     found: list[Fitted] = []
     points = starts(residuals, fit.starts, fit.seed, last, windows)

@@ -63,16 +63,16 @@ def verify(
         return report | {"status": f"the optimum {why}", "phases": None}
     if any(term.output.startswith(LIFE) for _, _, quantity in study.quantities for term in quantity.terms or ()):
         return report | {"status": "only the compiled engine computes a service life", "phases": None}
-    tight = study.replaced(lambda system: {"solver.accuracy": _TIGHTER * system.experiment.solver.accuracy})
+    tight = study.replaced(lambda system: {"solver.accuracy": _TIGHTER * system.settings.accuracy})
     design = np.array([[best["variables"][path] for path in study.paths]])
     relative = any(quantity.relative for _, _, quantity in study.quantities)
-    total = (2 if relative else 1) * sum(point.system.experiment.duration for point in study.points)
+    total = (2 if relative else 1) * sum(point.system.settings.duration for point in study.points)
     done = 0.0
 
     def engine(request: Request) -> Statistics:
         nonlocal done
         found = run_on_drake(request, progress and (lambda time: progress((done + time) / total)))
-        done += len(request.values) * request.point.system.experiment.duration
+        done += len(request.values) * request.point.system.settings.duration
         return found
 
     evaluate = Evaluator(tight, engine=engine)
@@ -100,7 +100,7 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
     one at each (undivided, if relative; None where it failed), and ``change``, that of their mean over the phases where
     neither failed. None without dry contact, or where no drive has a speed and a start angle that the design leaves.
     """
-    if not all(point.system.experiment.can_touch and _turns(point.system, point.paths) for point in study.points):
+    if not all(point.system.can_touch and _turns(point.system, point.paths) for point in study.points):
         return None
     angles = [2.0 * math.pi * math.modf(k * _GOLDEN)[0] for k in range(1, _PHASES + 1)]
     turned = [study.replaced(partial(_turned, angle=angle)) for angle in angles]
@@ -150,13 +150,13 @@ def format_verification(report: dict[str, Any]) -> str:
 
 def _turns(system: System, paths: tuple[str, ...]) -> bool:
     """Whether there are drives of constant speed, and no design sets where they start."""
-    speeds = [drive.speed for drive in system.experiment.drives.values() if drive.prescribed]
+    speeds = [drive.speed for drive in system.drives.values() if drive.prescribed]
     return bool(speeds) and all(speeds) and not any(path.startswith("drives.") for path in paths)
 
 
 def _turned(system: System, angle: float) -> dict[str, Any]:
     """Start angles after the first drive has turned by an angle."""
-    drives = {name: drive for name, drive in system.experiment.drives.items() if drive.prescribed}
+    drives = {name: drive for name, drive in system.drives.items() if drive.prescribed}
     first = next(iter(drives.values())).speed or 0.0
     return {
         f"drives.{name}.angle": drive.angle + angle * (drive.speed or 0.0) / first for name, drive in drives.items()

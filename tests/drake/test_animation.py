@@ -21,6 +21,7 @@ from linkages.show.plots.histories import forces_figure
 from linkages.show.plots.journals import guides_figure
 from linkages.show.plots.style import engineering
 from linkages.system.rigid_segments import segmented
+from linkages.system.spanning import spanning_tree
 
 DRY = """duration = 0.01
 [drives.O]
@@ -248,13 +249,14 @@ def test_paths_lie_where_points_went_and_the_ground_below_its_joints(system_of, 
 
 @pytest.mark.parametrize("plane", PLANES)
 def test_a_link_without_visuals_is_drawn_between_its_joints(mechanism_of, plane):
-    mechanism = mechanism_of(four_bar(plane=plane))
+    tree = spanning_tree(mechanism_of(four_bar(plane=plane)))
+    wide = 0.02 * tree.extent
     for link, length in (("crank", 0.1), ("coupler", 0.25), ("follower", 0.2)):
-        (visual,) = visuals(mechanism, mechanism.link[link], 1.0)
+        (visual,) = visuals(tree, tree.links[link])
         pose = [float(v) for v in re.search(r"<pose>(.*)</pose>", visual)[1].split()]
         size = [float(v) for v in re.search(r"<size>(.*)</size>", visual)[1].split()]
         np.testing.assert_allclose(pose, [length / 2, 0, 0, 0, 0, 0], atol=1e-12)  # the bars lie along x
-        np.testing.assert_allclose(size, [length + 0.02, 0.02, 0.02])
+        np.testing.assert_allclose(size, [length + wide, wide, wide], rtol=1e-12)
 
 
 def test_links_that_bend_are_drawn_bent_so_that_it_is_seen(tmp_path):

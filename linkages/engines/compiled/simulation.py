@@ -76,7 +76,7 @@ def simulate(
         outputs = tuple(dict.fromkeys([*outputs, *(f"q.{name}" for name in system.tree.coordinates)]))
     times = np.unique(steps.times[steps.times <= end])
     run = sample(times, Replay(runner, steps, outputs), status, provenance, loops)
-    run = replace(run, accuracy=system.experiment.solver.accuracy)
+    run = replace(run, accuracy=system.settings.accuracy)
     if not wrt:
         return run
     from linkages.engines.compiled.derivatives.sensitivity import Differentiation
@@ -86,7 +86,7 @@ def simulate(
 
 def longest_step(system: System) -> float | None:
     """Return the longest step of the experiment [s]; None if it gives none."""
-    return system.experiment.solver.max_step
+    return system.settings.max_step
 
 
 @dataclass(frozen=True, eq=False)

@@ -175,7 +175,7 @@ def add_linkage(
     system.check_analysis(Analysis.DRAKE)
     if not samples:
         system.check_analysis(Analysis.DIAGRAM)
-    if external and any(one.depends_on_force for one in system.experiment.frictions.values()):
+    if external and any(one.depends_on_force for one in system.parts["frictions"].values()):
         raise InputError(
             "argument", "external", "adds forces that the friction of a joint cannot know; use no coefficient"
         )
@@ -201,7 +201,7 @@ def add_linkage(
         builder.Connect(state, clearance.get_input_port(0))
     direct = clearance.GetOutputPort("evaluation") if clearance is not None and not external else None
     extra = direct.size() - plant.num_velocities() if direct is not None else 0
-    kind_of_drives = StatefulDrives if system.experiment.own_states else Drives
+    kind_of_drives = StatefulDrives if system.own_states else Drives
     drives = builder.AddNamedSystem(_named(name, "drives"), kind_of_drives(system, place, extra))
     builder.Connect(state, drives.GetInputPort("state"))
     builder.Connect(drives.get_force_output_port(), plant.get_applied_generalized_force_input_port())
@@ -233,7 +233,7 @@ def _is_taken(builder: DiagramBuilder, name: str) -> bool:
 
 def _free_name(builder: DiagramBuilder, system: System) -> str:
     """Return a name that the diagram does not have yet: none, the mechanism's, the same with a number."""
-    own = system.mechanism.name
+    own = system.description.machine
     names = chain(["", own], (f"{own}_{number}" for number in count(2)))
     return next(name for name in names if not _is_taken(builder, name))
 
@@ -259,7 +259,7 @@ def build_diagram(system: System, meshcat: Meshcat | None = None, samples: bool 
     builder = DiagramBuilder()
     linkage = add_linkage(builder, system, meshcat=meshcat, samples=samples)
     diagram = builder.Build()
-    diagram.set_name(system.mechanism.name)
+    diagram.set_name(system.description.machine)
     return diagram, linkage
 
 

@@ -66,7 +66,7 @@ class Drives(LeafSystem):
         self._place = place
         self._rooms, self._size = Rooms(system), num_velocities
         self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
-        nz = len(system.experiment.own_states)
+        nz = len(system.own_states)
         sizes = place.num_states + nz, num_velocities + extra, len(tree.powered), num_velocities, len(self.joints)
         self._drive_forces = bound(
             drive_forces, self._placed, self._rooms.work, self._rooms.friction, 0.0, *map(np.empty, sizes)

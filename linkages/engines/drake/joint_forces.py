@@ -40,7 +40,7 @@ class Placed(NamedTuple):
 def placed(system: System, positions: Indices, rates: Indices, into: Indices, size: int) -> Placed:
     """Pack a system and its places for `joint_forces` and `drive_forces`."""
     q, v, f = (np.ascontiguousarray(x, dtype=np.int64) for x in (positions, rates, into))
-    return packed(Placed(packed(system.arrays), q, v, f, size, system.experiment.solver.stabilisation))
+    return packed(Placed(packed(system.arrays), q, v, f, size, system.settings.stabilisation))
 
 
 class Rooms(threading.local):

@@ -71,7 +71,7 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     recorder = _Recorder(diagram, linkage, watch)
     times, loops = recorder.times[recorder.times <= end], Loops(system.tree, system.tree.loop_rows)
     trajectory = sample(times, recorder, status, provenance, loops)
-    trajectory = replace(trajectory, accuracy=system.experiment.solver.accuracy)
+    trajectory = replace(trajectory, accuracy=system.settings.accuracy)
     if status in (Status.STEP_SIZE_COLLAPSE, Status.JAMMED, Status.LOCKED):  # its last steps cannot be integrated again
         trajectory = replace(trajectory, evaluate=None)
     return trajectory
@@ -90,8 +90,8 @@ class _Watch:
 
     def samples(self) -> Iterator[float]:
         """Yield the times at which the run pauses; sampled states get their next values there."""
-        drives, end = self.linkage.drives, self.linkage.system.experiment.duration
-        periods = np.array([one.period for one in self.linkage.system.experiment.own_states.values()])
+        drives, end = self.linkage.drives, self.linkage.system.settings.duration
+        periods = np.array([one.period for one in self.linkage.system.own_states.values()])
         counts, root = np.zeros(len(periods)), self.steps.simulator.get_mutable_context()
         while isinstance(drives, StatefulDrives) and periods.any():
             due = np.where(periods > 0.0, counts * periods, np.inf)
@@ -155,7 +155,7 @@ class _Recorder:
         self._between: dict[int, tuple[list[float], list[Array]]] = {}  # known times and states, by step
         self._kept: tuple[list[float], list[Array]] = [], []  # of the present step
         # a short step keeps velocity errors that a long step damps; they would appear in a film's force
-        accuracy = self.system.experiment.solver.accuracy
+        accuracy = self.system.settings.accuracy
         self.accuracy = min(accuracy, max(_BETWEEN * accuracy, _FINEST))
 
     def __call__(self, times: Array) -> Columns:
@@ -173,7 +173,7 @@ class _Recorder:
             rates[k] = self.diagram.EvalTimeDerivatives(root).CopyToVector()
             if linkage.clearance is not None:
                 contacts[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
-        place, nz = linkage.place, len(self.system.experiment.own_states)
+        place, nz = linkage.place, len(self.system.own_states)
         own = slice(states.shape[1] - nz, None)  # the drives are the diagram's last system
         q = np.pad(states[:, place.positions], ((0, 0), (0, nz)))
         v, a = (np.hstack([found[:, place.v], found[:, own]]) for found in (states, rates))
@@ -186,7 +186,7 @@ class _Recorder:
         try:
             self._advance(step, t, self.accuracy)
         except RuntimeError:  # accuracy not reached near a singularity of the laws: accept the accuracy of the run
-            self._advance(step, t, self.system.experiment.solver.accuracy)
+            self._advance(step, t, self.system.settings.accuracy)
 
     def _advance(self, step: int, t: float, accuracy: float) -> None:
         """Integrate from the last known time of a step."""
@@ -199,7 +199,7 @@ class _Recorder:
             root.SetDiscreteState(self.memories[step])
         if t > times[last]:
             # at the run's own accuracy a short step would keep velocity errors that a long one damps
-            whole = accuracy > _BETWEEN * self.system.experiment.solver.accuracy
+            whole = accuracy > _BETWEEN * self.system.settings.accuracy
             longest = (1.0 if whole else _FIRST) * (self.times[step + 1] - self.times[step])
             self.steps.begin(min(t - times[last], longest), accuracy)
             self.steps.advance(t)

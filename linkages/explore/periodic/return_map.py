@@ -97,12 +97,11 @@ class ReturnMap:
         given: tuple[Array, Array] | None = None,
     ) -> None:
         system.check_analysis(Analysis.PERIODIC)
-        self._system = system.replaced({"solver.accuracy": min(accuracy, system.experiment.solver.accuracy)})
+        self._system = system.replaced({"solver.accuracy": min(accuracy, system.settings.accuracy)})
         self._path, self.periods = path, periods
-        ramps = (drive.ramp for drive in system.experiment.drives.values())
         period = self._period(None if path is None else system.value(path))
         #: Periods before the section: a drive must have its speed; at t = 0 a run resets what contacts remember.
-        self._first = 1 + int(np.ceil(max(ramps, default=0.0) / period))
+        self._first = 1 + int(np.ceil(system.ramp / period))
         transient = max(transient, self._first)
         self._flows: dict[float | None, tuple[Flow, float]] = {}
         flow, period = self._flow(None if path is None else system.value(path), transient + 1)
@@ -118,10 +117,10 @@ class ReturnMap:
             self._range = np.zeros(len(flow.y))
             flow.resume(transient * period, *given, 0.0)
         self._local = self._coordinates(flow, self._first * period, flow.y)
-        self._unread = {f"s.{name}" for name in system.experiment.unread_states}
+        self._unread = {f"s.{name}" for name in system.unread_states}
         if self._unread.issuperset(self._local.names):
             problem = "they determine the whole motion, so every motion is periodic"
-            raise InputError(system.experiment.source, "drives", problem)
+            raise InputError(system.description.source, "drives", problem)
         model = flow.runner.model
         self._reference = flow.y.copy()
         self._memory = flow.memory.copy()
@@ -150,7 +149,7 @@ class ReturnMap:
     def _flow(self, value: float | None, periods: int) -> tuple[Flow, float]:
         """Return a flow for a value, and the common period of its drives."""
         period = self._period(value)
-        longest = min(self._system.experiment.solver.max_step or np.inf, period / _STEPS)
+        longest = min(self._system.settings.max_step or np.inf, period / _STEPS)
         changed: dict[str, float] = {"duration": periods * period, "solver.max_step": longest}
         if self._path is not None and value is not None:
             changed[self._path] = value
@@ -161,7 +160,7 @@ class ReturnMap:
         given = self._system if self._path is None or value is None else self._system.replaced({self._path: value})
         period = common_period(given)
         if period is None:
-            where = self._system.experiment.source
+            where = self._system.description.source
             raise InputError(where, "drives", "have no common period, or loads depend on time: no motion is periodic")
         return period
 
@@ -254,7 +253,7 @@ class ReturnMap:
 
 def least_clearance(system: System) -> float:
     """Return the smallest clearance of the joints [m]; infinite without clearance joints."""
-    return min((system.experiment.joints[name].clearance or np.inf for name in system.tree.play), default=np.inf)
+    return min((system.joints[name].clearance or np.inf for name in system.tree.play), default=np.inf)
 
 
 def _rate(flow: Flow, steps: Steps, t: float) -> Array:

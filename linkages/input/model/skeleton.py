@@ -55,6 +55,11 @@ def color_of(mechanism: Mechanism, name: str) -> str:
     return mechanism.link[link].color or COLORS[families.index(link.partition("/")[0]) % len(COLORS)]
 
 
+def colors_of(mechanism: Mechanism) -> dict[str, str]:
+    """Return `color_of` of everything with a position, by name."""
+    return {name: color_of(mechanism, name) for name in mechanism.place}
+
+
 def _places(mechanism: Mechanism, link: Link, same: float) -> Array:
     """Return the joints and frames of a link (n, 2), or its mass centre.
 

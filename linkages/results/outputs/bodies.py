@@ -54,14 +54,14 @@ def _motion(texts: dict[str, str]) -> dict[str, Declaration]:
 
 
 def _point(system: System, name: str) -> OutputPlace:
-    return OutputPlace(marker=system.tree.named_marker(name), constant=system.mechanism.place[name].angle)
+    return OutputPlace(marker=system.tree.named_marker(name), constant=system.places[name].angle)
 
 
 def _joints_asked(system: System) -> Iterable[str]:
     """List the joints whose position the experiment reports."""
-    parts = (name.rpartition(".") for name in system.experiment.outputs)
+    parts = (name.rpartition(".") for name in system.settings.outputs)
     asked = {joint for joint, _, quantity in parts if quantity in PIN_QUANTITIES}
-    return (name for name in system.mechanism.joint if name in asked)
+    return (name for name in system.joints if name in asked)
 
 
 _OF_JOINT = {name: found for name, found in _motion(QUANTITIES | PIN_QUANTITIES).items() if name in PIN_QUANTITIES}
@@ -69,8 +69,8 @@ _COORDINATE = "coordinate of the spanning tree: of a joint, a floating link, a m
 
 #: Links and frames, and joints as points.
 POINTS = (
-    Owner("POINT", lambda system: system.mechanism.point, _point, _motion(QUANTITIES)),
-    Owner("JOINT", lambda system: system.mechanism.joint, _point, _OF_JOINT, asked=_joints_asked),
+    Owner("POINT", lambda system: system.points, _point, _motion(QUANTITIES)),
+    Owner("JOINT", lambda system: system.joints, _point, _OF_JOINT, asked=_joints_asked),
 )
 #: Coordinates of the tree.
 COORDINATES = Owner(
@@ -124,12 +124,12 @@ def _energy(output: np.record, seen: Snapshot) -> float:
 
 
 def _frames(system: System) -> Iterable[str]:
-    return [frame.name for frame in system.mechanism.frames if frame.link in system.tree.flexible]
+    return [frame.name for frame in system.frames if frame.link in system.tree.flexible]
 
 
 def _at_frame(system: System, name: str) -> OutputPlace:
-    tree, point = system.tree, system.mechanism.point[name]
-    beam = system.mechanism.link[point.link].beam
+    tree, point = system.tree, system.points[name]
+    beam = system.links[point.link].beam
     if beam is None:
         raise AssertionError("a flexible link has a beam")
     first, last = tree.beam_ends(point.link)

@@ -204,31 +204,31 @@ def _at_contact(system: System, name: str) -> OutputPlace:
 
 def _slacks(slides: bool) -> Callable[[System], Iterable[str]]:
     """List the gears with backlash before a prismatic, or a revolute joint."""
-    return lambda system: [name for name in system.experiment.slack if turns(system, "slack", name) is not slides]
+    return lambda system: [name for name in system.parts["slack"] if turns(system, "slack", name) is not slides]
 
 
 def _flanks(lengths: bool) -> Callable[[System], Iterable[str]]:
     """List the flanks of gears with backlash whose penetration is a length, or an angle."""
     return lambda system: [
         f"{name}.{side}"
-        for name, mesh in system.experiment.slack.items()
+        for name, mesh in system.parts["slack"].items()
         for side in mesh.flanks
         if mesh.backlash and (mesh.backlash.normal is not None or not turns(system, "slack", name)) is lengths
     ]
 
 
 def _at_slack(system: System, name: str) -> OutputPlace:
-    gear = system.experiment.slack[name]
+    gear = system.parts["slack"][name]
     sign = system.tree.seen_coordinate(gear.joints[1], gear.carrier)[1]
     return OutputPlace([owner for owner, _ in system.contacts].index(name), constant=sign)
 
 
 def _guides(system: System) -> Iterable[str]:
-    return [name for name in system.tree.play if system.mechanism.joint[name].slot is not None]
+    return [name for name in system.tree.play if system.joints[name].slot is not None]
 
 
 def _at_guide(system: System, name: str) -> OutputPlace:
-    tree, joint = system.tree, system.mechanism.joint[name]
+    tree, joint = system.tree, system.joints[name]
     k = [owner for owner, _ in tree.contacts].index(name)
     across = (tree.marker(joint.parent, joint.on_parent)[0], float(-joint.direction[1]), float(joint.direction[0]))
     return OutputPlace(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
@@ -240,7 +240,7 @@ def _by_drive(owner: Owner) -> tuple[Owner, Owner]:
     others = {name: one for name, one in owner.quantities.items() if name != "power"}
 
     def names(driven: bool) -> Callable[[System], Iterable[str]]:
-        return lambda system: [name for name in owner.names(system) if (name in system.experiment.drives) is driven]
+        return lambda system: [name for name in owner.names(system) if (name in system.drives) is driven]
 
     return replace(owner, names=names(False)), replace(
         owner, names=names(True), quantities=others | {"contact_power": power}
@@ -274,5 +274,5 @@ WALLS = (
     Owner("STOP (prismatic)", of_joints("stops", False), _at_contact, _OF_WALL, real=True),
     Owner("FLANK (angle)", _flanks(False), _at_contact, _OF_STOP, real=True),
     Owner("FLANK (length)", _flanks(True), _at_contact, _OF_TOOTH, real=True),
-    Owner("CONTACT", lambda system: system.experiment.contacts, _at_contact, _OF_LINE, real=True),
+    Owner("CONTACT", lambda system: system.parts["contacts"], _at_contact, _OF_LINE, real=True),
 )

@@ -94,18 +94,18 @@ def _passed(name: str, unit: str) -> dict[str, Declaration]:
 
 def turns(system: System, table: str, name: str) -> bool:
     """Tell whether a stop, friction or gear gives a torque; the second joint of a gear or coupling counts."""
-    element = getattr(system.experiment, table)[name]
+    element = system.parts[table][name]
     joint = element.joints[1] if table in ("gears", "couplings", "meshes", "slack") else element.joint
-    return not system.mechanism.slides(joint)
+    return not system.slides(joint)
 
 
 def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
     """List the stops, frictions, gears and couplings (meshes) that give a torque, or a force."""
-    return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
+    return lambda system: [name for name in system.parts[table] if turns(system, table, name) is turning]
 
 
 def _at_joint(system: System, name: str) -> OutputPlace:
-    return OutputPlace(list(system.mechanism.joint).index(name))
+    return OutputPlace(list(system.joints).index(name))
 
 
 def _drives(system: System) -> tuple[str, ...]:
@@ -123,11 +123,11 @@ def _at_gearbox(system: System, name: str) -> OutputPlace:
 
 
 def _at_load(system: System, name: str) -> OutputPlace:
-    return OutputPlace([load for _, load in system.experiment.loads].index(name))
+    return OutputPlace([load for _, load in system.named_loads].index(name))
 
 
 def _at_element(system: System, name: str) -> OutputPlace:
-    names = [name for _, name, _ in elements_of(system.experiment.elements)]
+    names = [name for _, name, _ in elements_of(system.parts)]
     return OutputPlace(len(system.loads[0]) + names.index(name))
 
 
@@ -135,7 +135,7 @@ def _of_sort(kind: Element[Any], outputs: Quantities) -> Owner:
     """Make the owner of the outputs of the elements of a kind that have these."""
 
     def names(system: System) -> Iterable[str]:
-        named, slides = getattr(system.experiment, kind.table), system.mechanism.slides
+        named, slides = system.parts[kind.table], system.slides
         return [name for name, keys in named.items() if kind.outputs_of(keys, slides) is outputs]
 
     sizes = {name: quantity(text, _size) for name, text in outputs.size.items()}
@@ -147,22 +147,22 @@ OF_ELEMENTS = tuple(_of_sort(kind, outputs) for kind in KINDS for outputs in kin
 
 
 def _at_gear(system: System, name: str) -> OutputPlace:
-    experiment, tree = system.experiment, system.tree  # with backlash: row of the ideal linkage
-    gears, after = (experiment.closed, 0) if name in experiment.closed else (experiment.slack, len(tree.loop_rows))
+    parts, tree = system.parts, system.tree  # with backlash: row of the ideal linkage
+    gears, after = (parts["closed"], 0) if name in parts["closed"] else (parts["slack"], len(tree.loop_rows))
     sign = tree.seen_coordinate(gears[name].joints[1], gears[name].carrier)[1]
     return OutputPlace(list(gears).index(name) - len(gears) - after, constant=sign)
 
 
 #: Joints, drives, applied loads, gears and couplings.
 FORCES = (
-    Owner("JOINT", lambda system: system.mechanism.joint, _at_joint, _OF_JOINT),
+    Owner("JOINT", lambda system: system.joints, _at_joint, _OF_JOINT),
     Owner(
-        "DRIVE", lambda system: [name for name in _drives(system) if name not in system.experiment.gearboxes],
+        "DRIVE", lambda system: [name for name in _drives(system) if name not in system.parts["gearboxes"]],
         _at_drive, _OF_DRIVE,
     ),
-    Owner("DRIVE (backlash)", lambda system: system.experiment.gearboxes, _at_gearbox, _OF_GEARBOX),
+    Owner("DRIVE (backlash)", lambda system: system.parts["gearboxes"], _at_gearbox, _OF_GEARBOX),
     *OF_ELEMENTS,
-    Owner("MOTOR", lambda system: system.experiment.motors, _at_load, _values(torque=_OF_MOTOR)),
+    Owner("MOTOR", lambda system: system.parts["motors"], _at_load, _values(torque=_OF_MOTOR)),
     Owner("FRICTION (revolute)", of_joints("frictions", True), _at_load, _values(torque=f"{_OF_FRICTION} [N m]")),
     Owner("FRICTION (prismatic)", of_joints("frictions", False), _at_load, _values(force=f"{_OF_FRICTION} [N]")),
     Owner("GEAR (revolute)", of_joints("meshes", True), _at_gear, _passed("torque", "N m")),

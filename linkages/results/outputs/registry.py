@@ -83,8 +83,8 @@ def unit(system: System, name: str) -> str:
         return "rad"
     owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
     if owner is STATES:
-        return system.experiment.states[thing].unit
-    joint = system.mechanism.joint.get(thing)
+        return system.parts["states"][thing].unit
+    joint = system.joints.get(thing)
     slides = joint is not None and joint.type == "prismatic"
     if owner is COORDINATES:
         floats, _, part = thing.rpartition(".")  # x, y or angle of a floating link, or a mode
@@ -96,22 +96,22 @@ def check_output(system: System, name: str) -> None:
     """Check that an output exists, including ``ideal.`` outputs; InputError if it is unknown."""
     plain = name.removeprefix(IDEAL)
     joint, _, quantity = plain.rpartition(".")
-    if plain == name or quantity != TURNING or joint not in system.mechanism.joint:
+    if plain == name or quantity != TURNING or joint not in system.joints:
         _find(system, plain, ideal=plain != name)
 
 
 def check_outputs(system: System) -> None:
     """Check that the experiment's outputs exist; InputError for the first unknown one."""
-    for name in system.experiment.outputs:
+    for name in system.settings.outputs:
         check_output(system, name)
 
 
 def default_outputs(system: System) -> tuple[str, ...]:
     """List the experiment's outputs, force and eccentricity of each contact, torques of the drives."""
     labels = [label for _, label in system.tree.contacts]
-    found = [*system.experiment.outputs]
+    found = [*system.settings.outputs]
     found += [f"{label}.{name}" for label in labels for name in ("force", "eccentricity_ratio")]
-    found += [f"{name}.torque" for name in system.experiment.drives]
+    found += [f"{name}.torque" for name in system.drives]
     return tuple(dict.fromkeys(found))
 
 
@@ -161,7 +161,7 @@ def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Declaration
 
 
 def _wrong(system: System, name: str, reason: str) -> InputError:
-    return InputError(system.experiment.source, f'output "{name}"', reason)
+    return InputError(system.description.source, f'output "{name}"', reason)
 
 
 def _determinate(system: System) -> bool:

@@ -13,18 +13,15 @@ def _at(key: str) -> Callable[[System, str], OutputPlace]:
     """Return a function that gives the place of a quantity, ``NAME.key`` or the state's own."""
 
     def place(system: System, name: str) -> OutputPlace:
-        experiment = system.experiment
-        known = list(experiment.quantities)
-        return OutputPlace(len(experiment.loads) + known.index(f"{name}.{key}" if key else name))
+        known = list(system.quantities)
+        return OutputPlace(len(system.named_loads) + known.index(f"{name}.{key}" if key else name))
 
     return place
 
 
 def _having(table: str, key: str) -> Callable[[System], Iterable[str]]:
     """List the motors or controllers that have a quantity."""
-    return lambda system: [
-        name for name in getattr(system.experiment, table) if f"{name}.{key}" in system.experiment.quantities
-    ]
+    return lambda system: [name for name in system.parts[table] if f"{name}.{key}" in system.quantities]
 
 
 def _owners(label: str, table: str, **texts: str) -> list[Owner]:
@@ -35,7 +32,7 @@ def _owners(label: str, table: str, **texts: str) -> list[Owner]:
     ]
 
 
-STATES = Owner("STATE", lambda system: system.experiment.states, _at(""), quantities(load_value, value="its value []"))
+STATES = Owner("STATE", lambda system: system.parts["states"], _at(""), quantities(load_value, value="its value []"))
 
 #: States; quantities of motors and controllers in addition to those as loads.
 OWN = (

@@ -17,7 +17,6 @@ from typing import Any
 from linkages.base.errors import AssemblyError, InputError, RunError
 from linkages.input.files.versions import versions
 from linkages.input.model.experiment import ARGUMENT
-from linkages.input.model.skeleton import color_of
 from linkages.show.live.controls import Control, controls, extended
 from linkages.show.live.edits import parts, with_addition, with_model
 from linkages.show.live.exploring import (
@@ -118,20 +117,19 @@ class Answers:
             return session
 
     def _start(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
-        experiment, known = session.system.experiment, self.controls
+        described, known = session.system.description, self.controls
         if "values" in request:
             with suppress(InputError):  # the first run reports it
                 known = self._known(request)
-        mechanism = session.system.mechanism
         return {
-            "title": experiment.title or experiment.source.stem,
-            "file": experiment.source.name,
-            "name": f"{experiment.source.stem}_play",
+            "title": described.heading,
+            "file": described.source.name,
+            "name": f"{described.stem}_play",
             "folder": str(self.folder.resolve()),
             "versions": versions(),
             "controls": [asdict(control) for control in known.values()],
             "parts": parts(session.system, known),
-            "colors": {name: color_of(mechanism, name) for name in mechanism.place},
+            "colors": dict(session.system.colors),
         }
 
     def _edit(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
@@ -202,7 +200,7 @@ class Answers:
         values = self._values(request)
         part, system = session.part_shown(values, lambda: False), session.system
         ran = {**self.given, **session.values_shown(values)}
-        text = code(system.experiment.source, ran, part, outputs_of(system.replaced(values)))
+        text = code(system.description.source, ran, part, outputs_of(system.replaced(values)))
         if "name" not in request:
             return {"code": text}
         target = target_of(self.folder, request["name"], ".ipynb")
@@ -213,7 +211,7 @@ class Answers:
         return extended(self.controls, self.session.system.replaced(self._values(request)))
 
     def _values(self, request: dict[str, Any]) -> dict[str, float | str]:
-        return checked(request.get("values", {}), self.controls, self.session.system.mechanism)
+        return checked(request.get("values", {}), self.controls, self.session.system)
 
 
 def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, folder: str | Path = ".") -> Any:

@@ -69,7 +69,7 @@ class Around:
 
 def outputs_of(system: System) -> list[str]:
     """Name the outputs whose peaks are explored: the usual ones, stress and deflection of flexible links."""
-    bending = (f"{name}.{key}" for name in system.experiment.flexible for key in ("stress", "deflection"))
+    bending = (f"{name}.{key}" for name in system.flexible for key in ("stress", "deflection"))
     return [*dict.fromkeys((*default_outputs(system), *bending))]
 
 

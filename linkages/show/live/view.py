@@ -16,7 +16,6 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
 from linkages.input.model.experiment import QUANTITIES
-from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import extremes, peaks
@@ -34,8 +33,8 @@ _INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.pages
 
 def columns_of(system: System) -> list[str]:
     """Name the columns of a run that a view needs: all but the motions of frames that nobody has asked for."""
-    shown = {f"{link.name}.{key}" for link in system.mechanism.links for key in ("x", "y", "angle", "omega")}
-    shown |= set(system.experiment.outputs)
+    shown = {f"{link.name}.{key}" for link in system.links.values() for key in ("x", "y", "angle", "omega")}
+    shown |= set(system.settings.outputs)
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
 
 
@@ -50,7 +49,7 @@ def view(
     system, run = assessment.system, assessment.run
     shown = run.within(*part)
     moved = replace(shown, time=shown.time - shown.time[0], evaluate=None)
-    drawn = columns(system.experiment.outputs, system.tree.play, system.experiment.driving)
+    drawn = columns(system.settings.outputs, system.tree.play, system.driving)
     return {
         "status": run.status.value,
         "remedy": "" if run.status is Status.OK else run.status.remedy,
@@ -128,19 +127,19 @@ def _spreads(assessment: Assessment, names: Sequence[str]) -> dict[str, dict[str
 
 def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Array]) -> dict[str, Any]:
     """Path of a journal's centre in parts of the clearance, its place in each frame, and the thinnest film [m]."""
-    clearance = system.experiment.joints[name].clearance or 1.0
+    clearance = system.joints[name].clearance or 1.0
     keep = np.unique(np.linspace(0, len(shown.time) - 1, min(_ORBIT, len(shown.time))).astype(int))
     path = [short(shown[f"{name}.{axis}"][keep] / clearance) for axis in ("ex", "ey")]
     now = [short(frames.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
-    turns, film = system.mechanism.joint[name].type == "revolute", f"{name}.film_thickness"
+    turns, film = system.joints[name].type == "revolute", f"{name}.film_thickness"
     least = extremes(shown, [film])[film].min if film in shown else None
     return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns, "film": least}
 
 
-def joints_of(drawing: Drawing, mechanism: Mechanism) -> dict[str, list[float]]:
+def joints_of(drawing: Drawing, system: System) -> dict[str, list[float]]:
     """Return the body of each joint in a drawing, and the place on it [m], by name."""
     bodies, found = {link: body for body, link in drawing.links_of.items()}, {}
-    for name, pin in mechanism.pin.items():
+    for name, pin in system.mechanism.pin.items():
         if pin.link in bodies:
             x, y, angle = drawing.reference[bodies[pin.link]].tolist()
             dx, dy, cos, sin = pin.origin[0] - x, pin.origin[1] - y, np.cos(angle), np.sin(angle)
@@ -158,7 +157,7 @@ def poses_of(drawing: Drawing, system: System, frames: Mapping[str, Array]) -> l
     for body, name in drawing.links_of.items():
         if name == "world" or f"{name}.x" not in frames:
             continue
-        link = system.mechanism.link[name]
+        link = system.links[name]
         turn = frames[f"{name}.angle"] - link.angle
         cos, sin = np.cos(turn), np.sin(turn)
         dx, dy = drawing.reference[body, :2] - link.origin

@@ -61,7 +61,7 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
     least = drawn_errors(errors or {}, assessment.noise)
     figures: dict[str, Callable[[Assessment], Figure]] = {
         f"output_{file_name(name)}": partial(output_figure, name=name, errors=least)
-        for name in assessment.system.experiment.outputs
+        for name in assessment.system.settings.outputs
     }
     if assessment.measured:
         figures["measured"] = measured_figure
@@ -74,7 +74,7 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
     if assessment.system.tree.flexible:
         figures["links"] = links_figure
     figures["joint_forces"] = partial(forces_figure, errors=least)
-    if assessment.system.experiment.driving:
+    if assessment.system.driving:
         figures["drive_torques"] = partial(torques_figure, errors=least)
     with figure_style():
         return [write_figure(draw(assessment), folder / name) for name, draw in figures.items()]
@@ -88,14 +88,14 @@ def output_figure(assessment: Assessment, name: str, errors: Mapping[str, float]
 
 def forces_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw the force in each clearance joint, or else in every joint; below each, the difference."""
-    names = assessment.system.tree.play or tuple(assessment.system.mechanism.joint)
+    names = assessment.system.tree.play or tuple(assessment.system.joints)
     return _compare(assessment, {f"{name}.force": f"force in {name}" for name in names}, errors)
 
 
 def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw the torques of all drives that act, or forces for prismatic joints; below each, the difference."""
     system, labels = assessment.system, {}
-    for drive in system.experiment.driving or system.experiment.drives:
+    for drive in system.driving or system.drives:
         kind = "force" if unit(system, f"{drive}.torque") == "N" else "torque"
         labels[f"{drive}.torque"] = f"{kind} of {drive}"
     return _compare(assessment, labels, errors)
@@ -103,7 +103,7 @@ def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = 
 
 def measured_figure(assessment: Assessment) -> Figure:
     """Draw each measured curve over the run, and below it the difference."""
-    mechanism = assessment.system.mechanism
+    colors = assessment.system.colors
     found = assessment.measured
     figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(found)))
     axes = stacked_axes(figure, [3, 1] * len(found))
@@ -112,7 +112,7 @@ def measured_figure(assessment: Assessment) -> Figure:
         near = (run.time >= first) & (run.time <= last)
         drawn, factor = _shown(assessment, name, np.concatenate([one.values, one.computed]))
         top.plot(one.time, factor * one.values, ".", color=OTHER, ms=2.5, label="measured")
-        color = color_for(mechanism, name)
+        color = color_for(colors, name)
         top.plot(run.time[near], factor * run[name][near], color=color, lw=1.2, label="computed")
         top.set_ylabel(axis_label(name, drawn))
         drawn, factor = _shown(assessment, name, one.residual)
@@ -132,11 +132,11 @@ def _compare(
     An integrated ideal linkage has rigid links without deformation columns.
     """
     figure = Figure(figsize=(6.3, around + 3.0 * len(labels)))
-    errors, mechanism = errors or assessment.noise, assessment.system.mechanism
+    errors, colors = errors or assessment.noise, assessment.system.colors
     run, ideal = assessment.run, assessment.ideal
     flexible = bool(assessment.system.tree.flexible)
     perfectly = "ideal joints, rigid links" if flexible else "ideal joints"
-    imperfect = ["clearance"] * bool(assessment.system.experiment.play) + ["flexible links"] * flexible
+    imperfect = ["clearance"] * bool(assessment.system.play) + ["flexible links"] * flexible
     really = f"with {' and '.join(imperfect)}" if imperfect else "integrated"
     apart, both = assessment.difference, [name for name in labels if ideal is not None and name in ideal.columns]
     heights = [height for name in labels for height in ((3, 1) if name in both else (3,))]
@@ -151,7 +151,7 @@ def _compare(
         drawn, factor = _shown(assessment, name, values if unbounded else np.concatenate([values, perfect]))
         if ideal is not None and name in both:
             top.plot(ideal.time, factor * perfect, color=IDEAL, lw=3.0, label=perfectly)
-        top.plot(run.time, factor * values, color=color_for(mechanism, name), lw=1.0, label=really)
+        top.plot(run.time, factor * values, color=color_for(colors, name), lw=1.0, label=really)
         top.set_ylabel(axis_label(label, drawn))
         if unbounded:  # at a dead point of the ideal linkage
             top.set_ylim(-1.1 * factor * largest, 1.1 * factor * largest)
@@ -174,7 +174,7 @@ def _compare(
             )  # in the gap
             top.tick_params(axis="x", length=0)
     handles = axes[0].legend(**LEGEND).legend_handles
-    if len({color_for(mechanism, name) for name in labels}) > 1:
+    if len({color_for(colors, name) for name in labels}) > 1:
         handles[-1].set_color(OTHER)  # of no single link
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("time [s]")
@@ -205,7 +205,7 @@ def links_figure(assessment: Assessment) -> Figure:
     left = [strain]
     for k, name in enumerate(names):
         deflection, stress = (figure.add_subplot(grid[2 * k + row, 0], sharex=strain) for row in (0, 1))
-        frames = [frame.name for frame in system.mechanism.frames if frame.link == name]
+        frames = [frame.name for frame in system.frames if frame.link == name]
         moved, most = {frame: run[f"{frame}.deflection"] for frame in frames}, run[f"{name}.deflection"]
         unit, factor = engineering("m", float(most.max()))
         deflection.plot(run.time, factor * most, color="0.6", lw=0.9, label="largest magnitude")
@@ -214,7 +214,7 @@ def links_figure(assessment: Assessment) -> Figure:
                 deflection.plot(run.time, factor * values, color=color, lw=0.9, label=frame)
         deflection.set_ylabel(axis_label(f"{name}:\ndeflection", unit))
         deflection.legend(**LEGEND)
-        values, place, color = run[f"{name}.stress"], run[f"{name}.stress_place"], color_for(system.mechanism, name)
+        values, place, color = run[f"{name}.stress"], run[f"{name}.stress_place"], color_for(system.colors, name)
         unit, factor = engineering("Pa", float(values.max()))
         stress.plot(run.time, factor * values, color=color, lw=1.0)
         stress.set_ylabel(axis_label("largest\nstress", unit))

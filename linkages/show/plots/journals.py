@@ -37,7 +37,7 @@ def orbits_figure(assessment: Assessment) -> Figure:
 
     The magnified view shows the orbit or, for a joint with contact, the penetration over the angle.
     """
-    experiment, mechanism = assessment.system.experiment, assessment.system.mechanism
+    joints, colors = assessment.system.joints, assessment.system.colors
     names = assessment.system.tree.journals
     touches = touching(assessment.system)
     if len(names) == 1:  # side by side
@@ -46,7 +46,7 @@ def orbits_figure(assessment: Assessment) -> Figure:
     else:
         figure, axes = new_figure(6.4, 2, len(names), width=3.15 * len(names))
     for (whole, near), name in zip(axes.T, names, strict=True):
-        clearance = 1e6 * (experiment.joints[name].clearance or 0.0)
+        clearance = 1e6 * (joints[name].clearance or 0.0)
         ex, ey = 1e6 * assessment.run[f"{name}.ex"], 1e6 * assessment.run[f"{name}.ey"]
         reach = _AROUND * max(clearance, float(np.hypot(ex, ey).max()))
         _draw_circle(whole, clearance)
@@ -59,7 +59,7 @@ def orbits_figure(assessment: Assessment) -> Figure:
             _draw_wall(near, 1e6 * path, clearance, phase)
         else:
             for axis in (whole, near):
-                axis.plot(ex, ey, color=color_for(mechanism, name), lw=1.0)
+                axis.plot(ex, ey, color=color_for(colors, name), lw=1.0)
                 axis.plot(ex[0], ey[0], "o", color=OTHER, ms=3.5, label="start")
             near.legend(loc="best")
             _magnify(near, np.column_stack([ex, ey]), reach)
@@ -108,11 +108,11 @@ def orbit(
     if axis is None:
         _, axis = new_figure(4.0, width=4.2)
     if not axis.patches:
-        _draw_circle(axis, 1e6 * (system.experiment.joints[joint].clearance or 0.0))
+        _draw_circle(axis, 1e6 * (system.joints[joint].clearance or 0.0))
     axis.plot(
         1e6 * run[f"{joint}.ex"],
         1e6 * run[f"{joint}.ey"],
-        color=color or color_for(system.mechanism, joint),
+        color=color or color_for(system.colors, joint),
         lw=1.0,
         label=label or joint,
     )
@@ -134,7 +134,7 @@ def contacts_figure(assessment: Assessment) -> Figure:
     axes = stacked_axes(figure, [1.0] * (2 * len(joints)), gap=0.26)
     run = assessment.run
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
-        kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
+        kind_of = "joint" if name in assessment.system.joints else "contact"
         units = ("N m", "rad/s") if f"{labels[0]}.torque" in run else ("N", "m/s")
         force.set_title(f"{kind_of} {name}", loc="left", fontsize="medium")
         corners = [label.removeprefix(name).removeprefix(".") for label in labels]
@@ -171,7 +171,7 @@ def finely(assessment: Assessment, name: str) -> tuple[Array, NDArray[np.int64]]
     """
     run, phase = assessment.run, phases(assessment.run, name)
     e = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])
-    chord = _CHORD * (assessment.system.experiment.joints[name].clearance or np.inf)
+    chord = _CHORD * (assessment.system.joints[name].clearance or np.inf)
     counts = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_SEGMENTS)
     extra = int(np.sum(counts - 1))
     if not run.evaluate or not 0 < extra <= _MOST_SEGMENTS:
@@ -218,15 +218,15 @@ def guides_figure(assessment: Assessment) -> Figure:
     names = [name for name in system.tree.play if name not in system.tree.journals]
     figure, axes = new_figure(2.9 * len(names), len(names), 2, squeeze=False, width_ratios=[2, 3])
     for (whole, ends), name in zip(axes, names, strict=True):
-        joint = system.mechanism.joint[name]
-        clearance = system.experiment.joints[name].clearance or 0.0
+        joint = system.joints[name]
+        clearance = system.joints[name].clearance or 0.0
         unit, factor = engineering("m", clearance)
         middle = factor * run[f"{name}.offset"]
         lift = factor * run[f"{name}.tilt"] * (0.5 * joint.slot.length if joint.slot is not None else 0.0)
         wall = factor * clearance
         rim = wall * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
         whole.fill(*rim.T, facecolor="0.95", edgecolor="0.3", lw=1.2)
-        whole.plot(lift, middle, color=color_for(system.mechanism, name), lw=0.7)
+        whole.plot(lift, middle, color=color_for(system.colors, name), lw=0.7)
         whole.plot(lift[0], middle[0], "o", color=OTHER, ms=3.5, label="start")
         whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize="medium")
         whole.set_aspect("equal", adjustable="datalim")

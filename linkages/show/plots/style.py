@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import notice
 from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES
-from linkages.input.model.mechanism import Mechanism
-from linkages.input.model.skeleton import color_of
+from linkages.input.model.skeleton import OTHER
 from linkages.show.plots.presentation import presentation, shown
 
 if TYPE_CHECKING:
@@ -166,9 +165,9 @@ def asked_points(outputs: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(point for point, _, what in parts if what in moving))
 
 
-def color_for(mechanism: Mechanism | None, output: str) -> str:
-    """Return the colour of an output's curve: its link's (`linkages.input.model.skeleton.color_of`), if it is known."""
-    return color_of(mechanism, output.partition(".")[0]) if mechanism else COLORS[0]
+def color_for(colors: Mapping[str, str] | None, output: str) -> str:
+    """Return the colour of an output's curve: its link's (`System.colors`), if they are known."""
+    return COLORS[0] if colors is None else colors.get(output.partition(".")[0], OTHER)
 
 
 def typeset(unit: str) -> str:

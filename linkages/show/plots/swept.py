@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from linkages.base.arrays import Array
+from linkages.input.model.skeleton import colors_of
 from linkages.show.plots.shown import new_figure
 from linkages.show.plots.style import COLORS, LEGEND, axis_label, color_for, engineering, figure_style
 
@@ -40,6 +41,7 @@ def peaks_figure(sweep: Sweep, units: Mapping[str, str], mechanism: Mechanism | 
     columns = min(len(sweep.names), 2)
     rows = -(-len(sweep.names) // columns)
     x, label = _axis(sweep.path, sweep.unit, [point.value for point in sweep.points])
+    colors = None if mechanism is None else colors_of(mechanism)
     with figure_style():
         height, width = 0.3 + _PANEL[1] * rows, _PANEL[0] * columns
         figure, axes = new_figure(height, rows, columns, width, squeeze=False)
@@ -48,7 +50,7 @@ def peaks_figure(sweep: Sweep, units: Mapping[str, str], mechanism: Mechanism | 
         for axis, name in zip(axes.flat, sweep.names, strict=False):
             y = np.array([point.mean_peak(name) for point in sweep.points])
             unit, factor = engineering(units[name], _largest(y))
-            axis.plot(x, factor * y, ".-", color=color_for(mechanism, name), lw=1.1, ms=4)
+            axis.plot(x, factor * y, ".-", color=color_for(colors, name), lw=1.1, ms=4)
             axis.set(xlabel=label, ylabel=f"{name}\n{axis_label('peak', unit)}")
             axis.ticklabel_format(useOffset=False)
         return figure

@@ -238,7 +238,7 @@ def simulate_batch(
         if variables.count(name) > 1:
             raise InputError("argument", "variables", f'has "{name}" twice; give each once')
     table = fitting(np.zeros((1, 0)) if values is None else values, len(variables), "values", "variables")
-    spans = _spans_of(windows, variables, system.experiment.duration)
+    spans = _spans_of(windows, variables, system.settings.duration)
     chosen = default_outputs(system) if outputs is None else tuple(outputs)
     designs = designs_of(system, tuple(variables), chosen, spans.tobytes())
     if not designs.checked:  # a search makes many batches of the same designs
@@ -248,7 +248,7 @@ def simulate_batch(
     if wrt:
         system.check_analysis(Analysis.DERIVATIVES)
     times = np.zeros(0) if samples is None else samples
-    if np.any(np.diff(times) <= 0.0) or np.any((times < 0.0) | (times > system.experiment.duration)):
+    if np.any(np.diff(times) <= 0.0) or np.any((times < 0.0) | (times > system.settings.duration)):
         raise InputError("argument", "samples", "must be increasing times within the run")
     runs = Runs(designs, table, times)
     share = _OF_RUNS if wrt else 1.0

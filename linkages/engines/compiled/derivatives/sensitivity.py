@@ -98,7 +98,7 @@ class Differentiation:
         steps, depths = packed(steps), np.zeros((len(steps.times) * bool(system.touching.any()), len(system.touching)))
         find_depths(equations, steps, depths)
         settings = runner.tolerance, steps, kinks(system), runner.start, depths
-        grade = 2.0 if system.experiment.solver.accuracy < _FINE else 3.0
+        grade = 2.0 if system.settings.accuracy < _FINE else 3.0
         self._run = packed(Run(equations, variation, stepper, *settings, grade))
         self._ideals = IdealMotions()
 
@@ -139,7 +139,7 @@ class Differentiation:
         ny, scale = len(self.runner.start), self.runner.scale
         own = found.states.shape[2] - len(self._nearby)  # columns of the state itself end there
         growth = np.abs(found.states[:, :, own - ny : own] * scale / scale[:, None]).max(axis=(1, 2), initial=0.0)
-        accuracy = self.runner.system.experiment.solver.accuracy
+        accuracy = self.runner.system.settings.accuracy
         beyond = np.flatnonzero(accuracy * growth[: found.known] > _FELT)
         if not len(beyond):
             return found

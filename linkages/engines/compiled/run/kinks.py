@@ -44,7 +44,7 @@ def kinks(system: System) -> Array:
     formulas, in the order of `fill_switches`: 0, or NaN if the motion does not depend on the formula.
     """
     switches = _switches(system)
-    if not system.experiment.can_touch and not np.isfinite(switches).any():
+    if not system.can_touch and not np.isfinite(switches).any():
         return np.zeros((0, KINKS))
     result = np.full((len(system.models), KINKS), np.nan)
     for row, model, law in zip(result, system.models, system.laws, strict=True):

@@ -172,7 +172,7 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
     position = np.repeat(length, len(system.tree.free_dofs), axis=-1)
     position[..., system.tree.free_angles] = angle
     rate = system.motion_rate * position
-    resolved = system.experiment.solver.resolve_vibrations or not is_implicit(system)
+    resolved = system.settings.resolve_vibrations or not is_implicit(system)
     if len(system.tree.modal_frequencies) and resolved:
         _limit_vibrations(system, size, position, rate)
     laws = system.laws[system.bristles]

@@ -19,7 +19,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.input.files.magnitudes import rounded
-from linkages.input.model.mechanism import Joint, Mechanism
+from linkages.input.model.mechanism import Joint
 from linkages.results.assessment import Assessment
 from linkages.show.plots.animation.joint_views import GuideView, JournalView
 from linkages.show.plots.animation.surroundings import SCALE, Surroundings
@@ -86,12 +86,12 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
     visualizer.StopRecording()
     visualizer.PublishRecording()
     places: dict[tuple[float, ...], list[Joint]] = {}
-    for joint in assessment.system.mechanism.joints:  # joints at one place get a common label
+    for joint in assessment.system.joints.values():  # joints at one place get a common label
         places.setdefault(tuple((joint.position / assessment.system.tree.extent).round(6) + 0.0), []).append(joint)
     counts = range(len(times))
     labels = [_label(f"{view.path}/label", view.name, [view.caption(k) for k in counts]) for view in views]
     for group in places.values():
-        anchor = _anchor(shown.mechanism, meshcat, shown.mechanism.joint[group[0].name])
+        anchor = _anchor(shown, meshcat, shown.joints[group[0].name])
         labels.append(_label(anchor, ", ".join(one.name for one in group)))
     labels.append(_label(SCALE, scale))
     said = _texts(assessment, views, times, slow, magnified)
@@ -103,11 +103,11 @@ def _label(anchor: str, title: str, lines: Sequence[str] = ()) -> dict[str, Any]
     return {"path": anchor.strip("/").split("/"), "title": title, "lines": list(lines)}
 
 
-def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
+def _anchor(shown: System, meshcat: Meshcat, joint: Joint) -> str:
     """Fix an anchor to the link of a joint; return its path in the scene."""
     name, at = (joint.child, joint.position) if joint.child != "world" else (joint.parent, joint.position_on_parent)
-    link = mechanism.link[name]
-    path = f"/drake/visualizer/{mechanism.name}/{name}/name of {joint.name}"
+    link = shown.links[name]
+    path = f"/drake/visualizer/{shown.description.machine}/{name}/name of {joint.name}"
     meshcat.SetTransform(path, RigidTransform(link.rotation.T @ (at - link.translation)))
     return path
 
@@ -136,7 +136,7 @@ def frames(
         factor = exaggerate if exaggerate is not None else _seen(shown.largest_deflection(recorded), shown.tree.extent)
     offset = np.zeros((len(times), len(shown.tree.closure_rows)))
     for k, name in enumerate(shown.tree.play):
-        parts = ("ex", "ey") if assessment.system.mechanism.joint[name].bearing is not None else ("offset", "tilt")
+        parts = ("ex", "ey") if assessment.system.joints[name].bearing is not None else ("offset", "tilt")
         for axis, part in enumerate(parts):
             offset[:, 2 * k + axis] = clearances * np.interp(times, run.time, run[f"{name}.{part}"])
     try:
@@ -164,7 +164,7 @@ def _joint_views(assessment: Assessment, meshcat: Meshcat, times: Array, low: Ar
         column, row = divmod(k, 2)
         right = high[0] + radius * (2.0 + 3.0 * column)
         up = 0.5 * (low[1] + high[1]) + 3.2 * radius * (0.5 * (rows - 1) - row)
-        kind = JournalView if assessment.system.mechanism.joint[name].type == "revolute" else GuideView
+        kind = JournalView if assessment.system.joints[name].type == "revolute" else GuideView
         view = kind(meshcat, assessment, name, np.array([right, up]), radius)
         view.draw(assessment, times)
         views.append(view)
@@ -178,7 +178,7 @@ def _look_at(assessment: Assessment, meshcat: Meshcat, views: Views, low: Array,
         low = np.minimum(low, view.centre - 1.3 * view.radius)
         high = np.maximum(high, view.centre + 1.5 * view.radius)
     size = np.maximum(high - low, 0.3 * assessment.system.tree.extent)
-    basis = assessment.system.mechanism.basis
+    basis = assessment.system.basis
     middle = basis[:, :2] @ (0.5 * (low + high))
     shown = 1.25 * max(size[1], size[0] / _ASPECT)
     distance = 0.5 * shown / np.tan(0.5 * np.radians(_FIELD_OF_VIEW))
@@ -199,7 +199,7 @@ def _look_at(assessment: Assessment, meshcat: Meshcat, views: Views, low: Array,
 
 def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magnified: float) -> dict[str, Any]:
     """Return time, legend and curves below the scene; see `add_captions`."""
-    experiment, tree = assessment.system.experiment, assessment.system.tree
+    system, tree = assessment.system, assessment.system.tree
     pace = f"{rounded(slow)} times slower than real time" if slow > 1.0 else "real time"
     scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
     legend = (
@@ -207,7 +207,7 @@ def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magn
         f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
     bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.flexible else ""
-    names = columns(experiment.outputs, tree.play, experiment.driving)
+    names = columns(system.settings.outputs, tree.play, system.driving)
     return {
         "clock": [f"t = {t:.4f} s, {pace}" for t in times],
         "legend": bent + (legend if views else ""),

@@ -13,7 +13,6 @@ from linkages.elements.machine import elements_of, tell_elements
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.load_tables import LineContact, Mesh, Stop
 from linkages.input.model.mechanism import Joint
-from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.planar.kinematics import state_tables
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
 from linkages.show.plots.drawing.parts import BLOCK, Parts
@@ -36,7 +35,7 @@ class Done:
     """Makes the shapes of an experiment's elements; idle drives point along their coordinates."""
 
     def __init__(self, parts: Parts, asked: System) -> None:
-        self.parts, self.mechanism, self.unit = parts, parts.mechanism, parts.unit
+        self.parts, self.tree, self.unit = parts, parts.tree, parts.unit
         self.senses, self.strongest = senses(asked), strongest(asked)
 
     def all(self, experiment: Experiment) -> Iterator[Shape]:
@@ -44,7 +43,7 @@ class Done:
         for kind, name, keys in elements_of(experiment.elements):
             yield from self._element(name, kind.picture(keys))
         for name, friction in experiment.frictions.items():
-            joint = self.mechanism.joint[friction.joint]
+            joint = self.tree.joints[friction.joint]
             yield shape("friction", [self.parts.on(joint.child, joint.on_child)])
             yield self._beside(name, joint, _NAME)
         for name, gear in experiment.meshes.items():
@@ -71,7 +70,7 @@ class Done:
 
     def _arrow(self, name: str, picture: Arrow) -> Iterator[Shape]:
         """Draw an arrow to the point of action of a force, in the direction of its largest value."""
-        point, parts = self.mechanism.point[picture.point], self.parts
+        point, parts = self.tree.points[picture.point], self.parts
         force = self.strongest.get(name, np.array([0.0, -1.0]))
         way = force / np.linalg.norm(force)
         at = parts.on(point.link, point.origin)
@@ -102,7 +101,7 @@ class Done:
         parts, ends = self.parts, []
         for point in (picture.one, picture.other):
             if isinstance(point, str):
-                place = self.mechanism.point[point]
+                place = self.tree.points[point]
                 ends.append(parts.on(place.link, place.origin))
             else:
                 anchor = np.array(point)
@@ -115,12 +114,12 @@ class Done:
 
     def _around(self, name: str, picture: Around) -> Iterator[Shape]:
         """Draw a spiral in a joint, or at the centre of mass of a link; in a prismatic joint a zigzag."""
-        joint = self.mechanism.joint[picture.joint] if picture.joint is not None else None
+        joint = self.tree.joints[picture.joint] if picture.joint is not None else None
         if joint is not None:
             link, at = joint.child, joint.on_child
         else:
             link = picture.link or ""
-            at = self.mechanism.link[link].com
+            at = self.tree.links[link].com
         if joint is not None and joint.type == "prismatic":
             along, across = np.array(joint.direction), np.array([-joint.direction[1], joint.direction[0]])
             ways = np.outer(_ZIGZAG[0], along) + np.outer(_ZIGZAG[1], across)
@@ -138,17 +137,17 @@ class Done:
         """Draw an arrow around a joint or a link's centre of mass, in the sense of the largest torque."""
         sign = float(np.sign(self.strongest.get(name, np.ones(1))[0]))
         if picture.joint is not None:
-            joint = self.mechanism.joint[picture.joint]
+            joint = self.tree.joints[picture.joint]
             yield from self.parts.turning("load", joint.parent, joint.on_parent, _TORQUE, sign * joint.sign)
             yield self._beside(name, joint, _TORQUE + 2.0)
         else:
-            link = self.mechanism.link[picture.link or ""]
+            link = self.tree.links[picture.link or ""]
             yield from self.parts.turning("load", link.name, link.com, 2.8, sign)
             yield shape("load name", [self.parts.off(link.name, link.com, (0.0, 4.4))], text=name)
 
     def _gear(self, name: str, gear: Mesh) -> Iterator[Shape]:
         """Draw the pitch circles of meshing wheels or of a rack's pinion; or the pulleys and the belt."""
-        first, second = (self.mechanism.joint[joint] for joint in gear.joints)
+        first, second = (self.tree.joints[joint] for joint in gear.joints)
         shared = (one for one in (first.parent, first.child) if one in (second.parent, second.child))
         carrier = gear.carrier or next(shared, None)
         apart = second.on_child - first.on_child
@@ -194,7 +193,7 @@ class Done:
 
     def _stop(self, name: str, stop: Stop) -> Iterator[Shape]:
         """Draw the limit of a joint's coordinate, hatched beyond it."""
-        joint, beyond = self.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
+        joint, beyond = self.tree.joints[stop.joint], 1.0 if stop.side == "upper" else -1.0
         if joint.type == "prismatic":
             across = np.array([-joint.direction[1], joint.direction[0]])
             at = (stop.limit / self.unit + beyond * 2.3) * joint.direction  # position of the block's edge
@@ -204,7 +203,7 @@ class Done:
             held, link, sense = joint.parent, joint.child, joint.sign
             if link == "world":
                 held, link, sense = joint.child, joint.parent, -joint.sign
-            form = skeleton(self.mechanism, self.mechanism.link[link], self.parts.tree.extent)
+            form = self.tree.skeleton(link)
             ways = form.places - joint.on_child
             way = ways[int(np.linalg.norm(ways, axis=1).argmax())]
             angle = np.arctan2(way[1], way[0]) + sense * stop.limit
@@ -217,7 +216,7 @@ class Done:
 
     def _line(self, name: str, touch: LineContact) -> Iterator[Shape]:
         """Draw a contact line of a point, hatched on the forbidden side."""
-        frame = self.mechanism.point[touch.line] if touch.line is not None else None
+        frame = self.tree.points[touch.line] if touch.line is not None else None
         link, at, angle = "world", np.array(touch.anchor), touch.angle
         if frame is not None:
             link, at, angle = frame.link, frame.origin, frame.angle
@@ -229,7 +228,7 @@ class Done:
 
 def senses(system: System) -> dict[str, float]:
     """Find the sense of each drive's first motion or torque: 1 along its coordinate, or -1; idle drives omitted."""
-    times = np.linspace(0.0, system.experiment.duration, _TIMES)
+    times = np.linspace(0.0, system.settings.duration, _TIMES)
     moved = system.motions(times)[0]
     found = dict(zip(system.tree.driven, (moved - moved[:1]).T, strict=True))
     found |= dict(zip(system.tree.powered, system.torques(times)[0].T, strict=True))
@@ -245,7 +244,7 @@ def strongest(system: System) -> Mapping[str, Array]:
     the start are used; zero loads are omitted.
     """
     ideal = system.ideal()
-    pictures = [(name, kind.picture(keys)) for kind, name, keys in elements_of(ideal.experiment.elements)]
+    pictures = [(name, kind.picture(keys)) for kind, name, keys in elements_of(ideal.parts)]
     if not any(isinstance(picture, Arrow | Turning) for _, picture in pictures):
         return {}
     try:

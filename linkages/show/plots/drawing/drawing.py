@@ -75,7 +75,7 @@ def draw(asked: System) -> Drawing:
     starts = {name: drive.start(experiment.values) for name, drive in experiment.drives.items()}  # [rad or m]
     try:
         system = movable(mechanism, starts, experiment.meshes)
-        ways = [travel(system, name) for name in system.experiment.drives]
+        ways = [travel(system, name) for name in system.drives]
         tree, pose, problem = system.tree, _pose(system.tree, system.assembly.q), ""
     except AssemblyError as failure:
         system, ways, problem = None, [], str(failure)
@@ -110,10 +110,9 @@ def _reference(tree: Tree) -> Array:
 
 def _box(tree: Tree, poses: Array, anchors: Sequence[Array]) -> tuple[Array, Array]:
     """Find the corners of the picture: around all joints, frames and fixed points in all poses."""
-    mechanism = tree.mechanism
-    ends = [end for j in mechanism.joints for end in ((j.parent, j.on_parent), (j.child, j.on_child))]
-    ends += [(point.link, point.origin) for point in mechanism.frames]
-    ends += [(link.name, link.com) for link in mechanism.links] + [("world", anchor) for anchor in anchors]
+    ends = [end for j in tree.joints.values() for end in ((j.parent, j.on_parent), (j.child, j.on_child))]
+    ends += [(point.link, point.origin) for point in tree.frames]
+    ends += [(link.name, link.com) for link in tree.links.values()] + [("world", anchor) for anchor in anchors]
     at = np.array([(*tree.marker(*end), 0.0, 0.0) for end in ends])
     reached = np.concatenate([placed(at, pose) for pose in poses])
     low, high = reached.min(axis=0), reached.max(axis=0)
@@ -128,24 +127,24 @@ def _shapes(
     parts: Parts, done: Done, experiment: Experiment, ways: Sequence[Travel], low: Array, high: Array
 ) -> Iterator[Shape]:
     """Return all shapes from bottom to top."""
-    mechanism, play = parts.mechanism, experiment.play
+    tree, play = parts.tree, experiment.play
     points = asked_points(experiment.outputs)
     yield from _furniture(parts, experiment, low, high)
-    for joint in mechanism.joints:
+    for joint in tree.joints.values():
         yield from parts.beneath(joint)
     if ways:
         for name in points:
-            frame = mechanism.place[name]
+            frame = tree.places[name]
             marker = np.array([parts.on(frame.link, frame.origin)])
             path = np.concatenate([placed(marker, pose) for pose in ways[0].pose[:: 1 + len(ways[0].pose) // _PATH]])
             yield shape("path", [(0, 0.0, 0.0, *at) for at in path])
-    for link in mechanism.links:
+    for link in tree.links.values():
         yield from parts.link(link)
-    for joint in sorted(mechanism.joints, key=lambda joint: joint.type != "prismatic"):  # pins above blocks
+    for joint in sorted(tree.joints.values(), key=lambda joint: joint.type != "prismatic"):  # pins above blocks
         yield from parts.joint(joint, joint.name in play)
     for way in ways:
-        yield from done.drive(mechanism.joint[way.drive])
-    for link in mechanism.links:
+        yield from done.drive(tree.joints[way.drive])
+    for link in tree.links.values():
         yield parts.link_name(link)
     yield from done.all(experiment)
     for name in points:
@@ -155,7 +154,7 @@ def _shapes(
 
 def _furniture(parts: Parts, experiment: Experiment, low: Array, high: Array) -> Iterator[Shape]:
     """Draw scale, axes, and the direction of gravity."""
-    unit, basis = parts.unit, parts.mechanism.basis
+    unit, basis = parts.unit, parts.tree.basis
 
     def at(corner: Array, x: float, y: float) -> tuple[float, float, float, float, float]:
         return 0.0, 0.0, 0.0, float(corner[0] + x * unit), float(corner[1] + y * unit)
@@ -190,8 +189,8 @@ def _axis(direction: Array) -> str:
 
 def _slider(system: System, way: Travel, sense: float) -> Slider:
     """Reduce a range of motion to the visible resolution."""
-    turns = system.mechanism.joint[way.drive].type == "revolute"
-    start = system.experiment.drives[way.drive].start(system.experiment.values)
+    turns = system.joints[way.drive].type == "revolute"
+    start = system.drives[way.drive].start(system.values)
     evenly = np.linspace(0, len(way.values) - 1, _SHOWN).round().astype(int)
     keep = np.unique([*evenly, int(np.argmin(np.abs(way.values - start)))])
     values = way.values[keep]

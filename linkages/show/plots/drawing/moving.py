@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from PIL import Image
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.input.model.mechanism import Mechanism
+from linkages.input.model.mechanism import Link
 from linkages.results.trajectory import Trajectory, values_at
 from linkages.show.plots.drawing.drawing import Drawing
 from linkages.show.plots.drawing.raster import picture, put_shapes
@@ -21,7 +22,9 @@ _DPI = 80  # 640 pixels of width
 _COLOURS = 64
 
 
-def write_moving(drawing: Drawing, mechanism: Mechanism, run: Trajectory, path: Path, kind: str, seconds: float) -> int:
+def write_moving(
+    drawing: Drawing, links: Mapping[str, Link], run: Trajectory, path: Path, kind: str, seconds: float
+) -> int:
     """Write a run as a film of so many seconds, "gif" or "mp4"; return the number of frames.
 
     InputError for MP4 without ffmpeg.
@@ -29,7 +32,7 @@ def write_moving(drawing: Drawing, mechanism: Mechanism, run: Trajectory, path: 
     if kind == "mp4" and not animations.FFMpegWriter.isAvailable():
         raise InputError("--format", "mp4", "needs ffmpeg, which is not found; install it, or give --format gif")
     times = np.linspace(run.time[0], run.time[-1], max(round(_RATE * seconds), 2) + 1)[:-1]  # the last is the first
-    poses = body_poses(drawing, mechanism, run, times)
+    poses = body_poses(drawing, links, run, times)
     speed = (run.time[-1] - run.time[0]) / seconds
     figure = picture(drawing, said=False)
     figure.set_dpi(_DPI)
@@ -59,14 +62,14 @@ def write_moving(drawing: Drawing, mechanism: Mechanism, run: Trajectory, path: 
     return len(times)
 
 
-def body_poses(drawing: Drawing, mechanism: Mechanism, run: Trajectory, times: Array) -> Array:
+def body_poses(drawing: Drawing, links: Mapping[str, Link], run: Trajectory, times: Array) -> Array:
     """Compute the poses (nt, nb, 3: x, y [m], angle [rad]) of the drawing's bodies from the links of a run at times."""
     at = values_at(run, times)
     poses = np.tile(drawing.reference, (len(times), 1, 1))
     for body, name in drawing.links_of.items():
         if f"{name}.angle" not in at:  # the ground
             continue
-        link = mechanism.link[name]
+        link = links[name]
         angle = at[f"{name}.angle"] - link.angle
         x, y = link.origin - drawing.reference[body, :2]
         cosine, sine = np.cos(angle), np.sin(angle)

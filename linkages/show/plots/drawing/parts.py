@@ -9,7 +9,6 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.input.model.mechanism import Joint, Link
-from linkages.input.model.skeleton import skeleton
 from linkages.show.plots.drawing.shapes import STYLES, DrawnPoint, Shape, below, hatched, placed, shape
 from linkages.system.tree import Tree
 
@@ -77,7 +76,7 @@ class Parts:
     """
 
     def __init__(self, tree: Tree, low: Array, high: Array, poses: Array) -> None:
-        self.tree, self.mechanism, self.poses = tree, tree.mechanism, poses
+        self.tree, self.poses = tree, poses
         self.room = Room(low, high)
         self.unit = self.room.unit
         self._taken: list[tuple[Array, Array]] = []  # positions, and occupied directions there
@@ -108,7 +107,7 @@ class Parts:
             if name == "world":
                 taken.append(np.array([0.0, -1.0]))
                 continue
-            places = skeleton(self.mechanism, self.mechanism.link[name], self.tree.extent).places
+            places = self.tree.skeleton(name).places
             ends = [self.at(self.on(name, place)) for place in places]
             taken += [(end - here) / np.linalg.norm(end - here) for end in ends if not self._same(end, here)]
         turn = np.linspace(0.5 * np.pi, 2.5 * np.pi, 24, endpoint=False)
@@ -128,14 +127,14 @@ class Parts:
 
     def link(self, link: Link) -> Iterator[Shape]:
         """Draw plate, bars and centre of mass."""
-        form = skeleton(self.mechanism, link, self.tree.extent)
+        form = self.tree.skeleton(link.name)
         places = [self.on(link.name, place) for place in form.places]
         if form.plate:
             yield shape("plate", [places[k] for k in form.plate], form.color)
         for a, b in form.bars:
             self.room.take_line([self.at(places[a]), self.at(places[b])])
             yield shape("bar", [places[a], places[b]], form.color)
-        slides = any(joint.type == "prismatic" and joint.child == link.name for joint in self.mechanism.joints)
+        slides = any(joint.type == "prismatic" and joint.child == link.name for joint in self.tree.joints.values())
         if not form.bars and not slides:  # `joint` draws the block of a guide
             yield shape("block", self._rectangle(link.name, form.places[0], np.array([1.0, 0.0])), form.color)
         if link.mass > 0.0:
@@ -143,7 +142,7 @@ class Parts:
 
     def link_name(self, link: Link) -> Shape:
         """Draw the name of a link next to the middle of its longest bar."""
-        form = skeleton(self.mechanism, link, self.tree.extent)
+        form = self.tree.skeleton(link.name)
         if not form.bars:
             here = self.at(self.on(link.name, form.places[0]))
             self.take(here, np.array([0.0, -1.0]))
@@ -201,7 +200,7 @@ class Parts:
 
     def joint_names(self, driven: Collection[str]) -> Iterator[Shape]:
         """Draw the names of the joints (one label per place), away from bars."""
-        joints = list(self.mechanism.joints)
+        joints = list(self.tree.joints.values())
         here = np.array([self.at(self.on(joint.child, joint.on_child)) for joint in joints])
         while joints:
             same = np.linalg.norm(here - here[0], axis=1) < 1e-5 * self.tree.extent
@@ -215,16 +214,16 @@ class Parts:
 
     def point(self, name: str) -> Iterator[Shape]:
         """Mark a reported point."""
-        point = self.mechanism.place[name]
+        point = self.tree.places[name]
         yield shape("point", [self.on(point.link, point.origin)], text=name)
-        ends = [joint.on_child for joint in self.mechanism.joints]
+        ends = [joint.on_child for joint in self.tree.joints.values()]
         if all(np.linalg.norm(point.origin - end) > 1e-6 * self.tree.extent for end in ends):
             yield self.name_beside("point name", point.link, point.origin, 1.9, name, [point.link])
 
     def _color(self, link: str) -> str:
         if link == "world":
             return "#DDDDDD"
-        return skeleton(self.mechanism, self.mechanism.link[link], self.tree.extent).color
+        return self.tree.skeleton(link).color
 
     def _rectangle(self, link: str, drawn: Array, along: Array) -> list[DrawnPoint]:
         across = np.array([-along[1], along[0]])
