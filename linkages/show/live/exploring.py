@@ -151,7 +151,7 @@ def tolerances(
 ) -> dict[str, Any]:
     """Return quantiles of curves and of peaks for normally scattered values: deviations over the values.
 
-    The curves are over the time since the begin of the part that the page draws, as its own (`linkages.show.live.view`).
+    Their times are counted from the begin of the part that the page draws, as in `linkages.show.live.view`.
     """
     system = around.system
     paths, without = around.acting([*spreads])
@@ -181,7 +181,7 @@ def tolerances(
 
 
 def _samples(curves: int) -> int:
-    """Count the samples of each of the curves of a band: the short forces of impacts are seen, the memory is limited."""
+    """Count the samples of each curve of a band: enough for the short forces of impacts, within a limited memory."""
     return min(max(_MOST_SAMPLES // curves, FRAMES), _SAMPLES)
 
 
