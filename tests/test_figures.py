@@ -220,6 +220,19 @@ def test_a_difference_beyond_its_panel_is_stated():
         assert box.x1 <= bottom.bbox.x1 + 1.0
 
 
+def test_forces_and_torques_of_zero_are_not_drawn(tmp_path):
+    """The bearings of a gear pair have no force in the model, and a crank that a motor turns has no drive."""
+    gears = linkages.load(linkages.find_file("gear_rattle.toml"), {"duration": SHORT})
+    paths = write_figures(linkages.assess(gears, "compiled", error_estimate=False), tmp_path)
+    assert "joint_forces" not in {path.stem for path in paths}
+    system = linkages.load(linkages.find_file("slider_crank_motor.toml"), {"duration": SHORT})
+    study = linkages.assess(system, "compiled", error_estimate=False)
+    labels = [axes.get_ylabel() for axes in torques_figure(study).axes]
+    assert labels[0].startswith("torque of M")
+    assert not any("torque of O" in label for label in labels)
+    assert not np.any(study.run["O.torque"])
+
+
 def test_a_curve_has_the_colour_of_its_link_in_the_drawing():
     """A joint's is the one of the link that it carries: link2 turns in A, link3 in B, crank1 in O1."""
     system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": SHORT})

@@ -54,9 +54,9 @@ _LABELS = {
 def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, float | None] | None = None) -> list[Path]:
     """Draw all figures of an assessment into an existing folder, in the format of `presented`, and return their paths.
 
-    The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces
-    and drive torques; missing ones are skipped. Variations below the errors of the peaks by key
-    (`linkages.results.summary.judge`) are not drawn.
+    The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces,
+    torques of drives and motors; missing ones, and forces and torques of zero throughout, are skipped. Variations below
+    the errors of the peaks by key (`linkages.results.summary.judge`) are not drawn.
     """
     least = drawn_errors(errors or {}, assessment.noise)
     figures: dict[str, Callable[[Assessment], Figure]] = {
@@ -73,8 +73,9 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
         figures["impacts"] = contacts_figure
     if assessment.system.tree.flexible:
         figures["links"] = links_figure
-    figures["joint_forces"] = partial(forces_figure, errors=least)
-    if assessment.system.experiment.driving:
+    if _acting(assessment, _forces(assessment), least):
+        figures["joint_forces"] = partial(forces_figure, errors=least)
+    if _acting(assessment, _torques(assessment), least):
         figures["drive_torques"] = partial(torques_figure, errors=least)
     with figure_style():
         return [write_figure(draw(assessment), folder / name) for name, draw in figures.items()]
@@ -87,18 +88,46 @@ def output_figure(assessment: Assessment, name: str, errors: Mapping[str, float]
 
 
 def forces_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
-    """Draw the force in each clearance joint, or else in every joint; below each, the difference."""
-    names = assessment.system.tree.play or tuple(assessment.system.mechanism.joint)
-    return _compare(assessment, {f"{name}.force": f"force in {name}" for name in names}, errors)
+    """Draw the force in each clearance joint, or else in every joint; below each, the difference.
+
+    Forces that are zero throughout are left out, as in gear pairs, unless all are zero.
+    """
+    labels = _forces(assessment)
+    return _compare(assessment, _acting(assessment, labels, errors) or labels, errors)
 
 
 def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
-    """Draw the torques of all drives that act, or forces for prismatic joints; below each, the difference."""
+    """Draw the torques of all drives that act and of motors, or forces for prismatic joints; below, the difference.
+
+    Torques that are zero throughout are left out, unless all are zero.
+    """
+    labels = _torques(assessment)
+    return _compare(assessment, _acting(assessment, labels, errors) or labels, errors)
+
+
+def _forces(assessment: Assessment) -> dict[str, str]:
+    """Label the forces of clearance joints, or else of all joints, by column."""
+    names = assessment.system.tree.play or tuple(assessment.system.mechanism.joint)
+    return {f"{name}.force": f"force in {name}" for name in names}
+
+
+def _torques(assessment: Assessment) -> dict[str, str]:
+    """Label the torques and forces of actuators, or else of all drives, by column."""
     system, labels = assessment.system, {}
-    for drive in system.experiment.driving or system.experiment.drives:
-        kind = "force" if unit(system, f"{drive}.torque") == "N" else "torque"
-        labels[f"{drive}.torque"] = f"{kind} of {drive}"
-    return _compare(assessment, labels, errors)
+    for name in system.experiment.actuators or system.experiment.drives:
+        kind = "force" if unit(system, f"{name}.torque") == "N" else "torque"
+        labels[f"{name}.torque"] = f"{kind} of {name}"
+    return labels
+
+
+def _acting(assessment: Assessment, labels: Mapping[str, str], errors: Mapping[str, float] | None) -> dict[str, str]:
+    """Keep the labels of columns that are not zero throughout, within their errors, in the run and the ideal motion."""
+    least, motions = errors or assessment.noise, [one for one in (assessment.run, assessment.ideal) if one is not None]
+    return {
+        name: label
+        for name, label in labels.items()
+        if any(name in one.columns and resolved(one[name], least.get(name, 0.0)).any() for one in motions)
+    }
 
 
 def measured_figure(assessment: Assessment) -> Figure:

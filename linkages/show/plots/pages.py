@@ -39,9 +39,9 @@ def embedded(content: Any) -> Markup:
     return Markup(json_text(content).strip().replace("<", "\\u003c"))
 
 
-def columns(outputs: Iterable[str], play: Iterable[str], drives: Iterable[str]) -> list[str]:
-    """Return the names of the main columns: outputs, forces in clearance joints, drive torques."""
-    others = *(f"{name}.force" for name in play), *(f"{name}.torque" for name in drives)
+def columns(outputs: Iterable[str], play: Iterable[str], actuators: Iterable[str]) -> list[str]:
+    """Return the names of the main columns: outputs, forces in clearance joints, torques of drives and motors."""
+    others = *(f"{name}.force" for name in play), *(f"{name}.torque" for name in actuators)
     return [*dict.fromkeys([*outputs, *others])]
 
 

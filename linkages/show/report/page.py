@@ -87,7 +87,8 @@ def curves_of(results: Results) -> list[dict[str, Any]]:
     files = (results.folder / name for name in ("trajectory.npz", "ideal.npz"))
     run, ideal = (load_trajectory(path) if path.is_file() else None for path in files)
     drives = [name for name, drive in results.summary["drives"].items() if drive.get("acts", True)]
-    names = columns(results.summary["outputs"], results.play, drives)
+    actuators = [*drives, *results.experiment.get("motors", {})]
+    names = columns(results.summary["outputs"], results.play, actuators)
     errors = {name: results.summary["error"].get(f"{name}.peak") or 0.0 for name in names}
     found = results.folder / "measured.npz"
     try:

@@ -217,7 +217,7 @@ def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magn
         f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
     bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.flexible else ""
-    names = columns(experiment.outputs, tree.play, experiment.driving)
+    names = columns(experiment.outputs, tree.play, experiment.actuators)
     return {
         "clock": [f"t = {t:.4f} s, {pace}" for t in times],
         "legend": bent + (legend if views else ""),
