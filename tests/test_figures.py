@@ -11,11 +11,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import linkages
 import optim
+from linkages.base.palette import IDEAL
 from linkages.cli.main import main
 from linkages.show.plots.drawing.drawing import draw
 from linkages.show.plots.histories import forces_figure, output_figure, torques_figure, write_figures
 from linkages.show.plots.linear_figures import bode_figure
-from linkages.show.plots.style import IDEAL, engineering, figure_style, look, write_figure
+from linkages.show.plots.style import engineering, figure_style, look, write_figure
 
 SHIPPED = (
     "seven_bar", "seven_bar_dry", "seven_bar_mixed", "seven_bar_rig", "four_bar_dry", "five_bar_dry", "six_bar_dry",

@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from linkages.base.brief import counted
+from linkages.base.palette import IDEAL, INK, LINE, SOFT
 from linkages.input.files.writing import whole
 from linkages.show.plots.style import COLORS, axis_label, figure_style, save_figure, stacked_axes, typeset
 from optim.algorithms import pareto
@@ -23,10 +24,11 @@ from optim.algorithms.nlp import Values
 from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Array, Study
 
-_BEST, _NOMINAL, *_DESIGNS = COLORS
-_KNEE = "#000000"
+_BEST, *_DESIGNS = COLORS
+_NOMINAL, _KNEE = IDEAL, INK
 _MARKERS = ("s", "^", "v", "P")
-_FIRST, _TOTAL = COLORS[5], COLORS[0]
+_FIRST, _TOTAL = COLORS[3], COLORS[0]
+_ROUNDING, _WIDE = 1e-9, 0.1  # of shares, of half an interval that says little [1]
 _LINE = 42  # letters of a title above a panel of a front
 
 
@@ -59,7 +61,7 @@ def write_convergence(study: Study, title: str, values: Values, path: Path) -> N
             _draw_designs(ax, count, found, feasible)
             ax.step([*count, count[-1] + 0.5], [*best, best[-1]], where="post", color=_BEST, label="best so far")
             if np.isfinite(found[0]):
-                ax.axhline(found[0], color=_NOMINAL, linestyle="--", lw=1.0, label=_named(feasible[0]))
+                ax.axhline(found[0], color=_NOMINAL, lw=2.0, zorder=1, label=_named(feasible[0]))
             if np.isfinite(best[-1]):
                 _mark_best(ax, count, best)
             ax.set_ylabel(label_of(study, name))
@@ -186,7 +188,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
     True
     """
     quantities = report["quantities"]
-    places = np.arange(len(study.names))
+    places, vague = np.arange(len(study.names)), False
     with png(path, 1.6 + 2.6 * len(quantities), 1.2 + 0.42 * len(places)) as figure:
         axes = figure.subplots(1, len(quantities), sharey=True, squeeze=False)[0]
         for ax, (name, entry) in zip(axes, quantities.items(), strict=True):
@@ -198,17 +200,30 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
                 value, half = (
                     np.array([row[key] for row in rows], dtype=float) for key in (kind, f"{kind}_confidence")
                 )
-                ax.barh(places + shift, value, 0.38, xerr=half, color=colour, label=text, error_kw={"lw": 1.0})
+                vague = draw_shares(ax, places + shift, value, half, colour, text) or vague
             for place, row in zip(places, rows, strict=True):
                 if row["inert"]:
-                    ax.text(0.02, place, "inert", va="center", color="0.35")
+                    ax.text(0.02, place, "inert", va="center", color=SOFT)
             ax.set_title(label_of(study, name), fontsize="medium")
             ax.set_xlabel("share of the variance [1]")
             ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
         axes[0].set_yticks(places, study.names)
         axes[0].invert_yaxis()
-        figure.suptitle(f"{report['title']}\nSobol's indices, bars of 95 % confidence", fontsize="medium")
+        few = f"\ngrey: uncertain; {counted(report['evaluations'], 'design')} are too few" if vague else ""
+        figure.suptitle(f"{report['title']}\nSobol's indices, bars of 95 % confidence{few}", fontsize="medium")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+
+
+def draw_shares(ax: Axes, places: Array, share: Array, half: Array, color: str, label: str) -> bool:
+    """Draw shares of a variance as bars with half their intervals of confidence; return whether one is uncertain.
+
+    A share is grey where its interval contains 0 or exceeds 1. It is uncertain if that interval is wide too.
+    """
+    vague = (share - half <= 0.0) & (half > 0.0) | (share + half > 1.0 + _ROUNDING)
+    look: dict[str, Any] = {"height": 0.38, "error_kw": {"lw": 1.0, "ecolor": INK}}
+    ax.barh(places, share, xerr=half, color=[LINE if one else color for one in vague], edgecolor=color, lw=0.6, **look)
+    ax.barh([], [], color=color, label=label)  # of the legend
+    return bool((vague & (half > _WIDE)).any())
 
 
 def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Progress of an optimisation, and its figure: all designs, and the best of them so far."""
+"""Figures of studies: all designs and the best of them so far, and shares of a variance with their certainty."""
 
 import matplotlib
 import numpy as np
@@ -6,8 +6,9 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import optim
+from linkages.base.palette import LINE
 from optim.algorithms.nlp import Values
-from optim.report.figures import write_convergence
+from optim.report.figures import write_convergence, write_indices
 from optim.report.observe import Observer
 from optim.store.store import Iteration
 
@@ -85,3 +86,25 @@ def test_the_star_is_at_the_result(invented_engine, drawn, tmp_path):
         result = optim.optimise(study, algorithm=algorithm, seed=1, observe=observer)
     (best,) = result["best"]["objectives"].values()
     assert [text.get_text() for text in drawn[-1].axes[0].texts] == [f"{best:.5g}"]
+
+
+@pytest.mark.parametrize(
+    ("share", "half", "grey", "few"),
+    [
+        (0.6, 0.1, False, False),
+        (1.14, 1.0, True, True),
+        (0.2, 0.3, True, True),
+        (0.95, 0.2, True, True),
+        (0.0, 0.01, True, False),
+    ],
+)
+def test_a_share_that_may_be_zero_or_beyond_one_is_grey(study, drawn, tmp_path, share, half, grey, few):
+    row = dict.fromkeys(("first", "total"), share) | dict.fromkeys(("first_confidence", "total_confidence"), half)
+    rows = dict.fromkeys(study.paths, row | {"inert": False})
+    report = {"title": "one", "evaluations": 64, "quantities": {"force": {"variables": rows}}}
+    write_indices(study, report, tmp_path / "sobol.png")
+    (axes,) = drawn[-1].axes
+    bars = [bar for bar in axes.patches if bar.get_width()]
+    assert bars or share == 0.0
+    assert all(matplotlib.colors.same_color(bar.get_facecolor(), LINE) == grey for bar in bars)
+    assert ("64 designs are too few" in drawn[-1].get_suptitle()) == few

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from linkages.base.palette import IDEAL, IDEAL_LINE, MEASURED
 from linkages.input.files.writing import file_name
 from linkages.input.model.skeleton import OTHER
 from linkages.results.assessment import Assessment
@@ -17,7 +18,6 @@ from linkages.show.plots.journals import contacts_figure, guides_figure, orbits_
 from linkages.show.plots.pages import drawn_errors, resolved
 from linkages.show.plots.style import (
     COLORS,
-    IDEAL,
     LEGEND,
     axis_label,
     color_for,
@@ -140,7 +140,7 @@ def measured_figure(assessment: Assessment) -> Figure:
         run, (first, last) = assessment.run, one.time[[0, -1]]
         near = (run.time >= first) & (run.time <= last)
         drawn, factor = _shown(assessment, name, np.concatenate([one.values, one.computed]))
-        top.plot(one.time, factor * one.values, ".", color=OTHER, ms=2.5, label="measured")
+        top.plot(one.time, factor * one.values, ".", color=MEASURED, ms=2.5, label="measured")
         color = color_for(mechanism, name)
         top.plot(run.time[near], factor * run[name][near], color=color, lw=1.2, label="computed")
         top.set_ylabel(axis_label(name, drawn))
@@ -179,7 +179,7 @@ def _compare(
         unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
         drawn, factor = _shown(assessment, name, values if unbounded else np.concatenate([values, perfect]))
         if ideal is not None and name in both:
-            top.plot(ideal.time, factor * perfect, color=IDEAL, lw=3.0, label=perfectly)
+            top.plot(ideal.time, factor * perfect, color=IDEAL, lw=IDEAL_LINE, label=perfectly)
         top.plot(run.time, factor * values, color=color_for(mechanism, name), lw=1.0, label=really)
         top.set_ylabel(axis_label(label, drawn))
         if unbounded:  # at a dead point of the ideal linkage

@@ -11,6 +11,7 @@ from urllib.parse import unquote
 from markupsafe import Markup
 
 from linkages.base.errors import InputError
+from linkages.base.palette import css
 from linkages.input.files.writing import whole
 from linkages.results.measured import load_measured
 from linkages.results.trajectory import load_trajectory
@@ -33,7 +34,7 @@ def write_page(path: Path, text: str) -> None:
 
 def report_page(name: str, **values: Any) -> str:
     """Fill a template of this package, with a macro for tables."""
-    return filled(own("table.html") + own(name), style=Markup(own("page.css")), **values)
+    return filled(own("table.html") + own(name), style=Markup(css() + own("page.css")), **values)
 
 
 def render(results: Results) -> str:

@@ -12,10 +12,11 @@ from pydrake.geometry import Box, Cylinder, Meshcat, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
 from linkages.base.arrays import Array
+from linkages.base.palette import MARK
 from linkages.input.model.mechanism import Joint
 from linkages.results.assessment import Assessment
 from linkages.show.plots.animation.magnified import GROUND, joint_axes
-from linkages.show.plots.drawing.shapes import MARK, below, hatched
+from linkages.show.plots.drawing.shapes import below, hatched
 from linkages.show.plots.style import asked_points, round_length
 
 # lengths over the linkage's size

@@ -146,7 +146,7 @@ def _shapes(
     for way in ways:
         yield from done.drive(mechanism.joint[way.drive])
     for link in mechanism.links:
-        yield parts.link_name(link)
+        yield from parts.link_name(link)
     yield from done.all(experiment)
     for name in points:
         yield from parts.point(name)
