@@ -11,6 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from shipped import BENT, NAMES
 
 from linkages import Status, Trajectory
+from linkages.base.palette import LINKS
 from linkages.cli.main import main
 from linkages.explore.range_of_motion import movable, travel
 from linkages.explore.transmission import dyads
@@ -18,7 +19,7 @@ from linkages.input.files.shipped import find_file
 from linkages.input.model.experiment import nothing_done
 from linkages.input.model.load_tables import Gear
 from linkages.input.model.plausibility import doubts
-from linkages.input.model.skeleton import COLORS, skeleton
+from linkages.input.model.skeleton import skeleton
 from linkages.show.plots import orbit, pose
 from linkages.show.plots.drawing import draw, page, svg
 from linkages.show.plots.drawing.raster import picture
@@ -65,7 +66,7 @@ def test_a_pale_link_is_darkened_for_its_name(mechanism_of):
     paint = "<visual name='v'><geometry><sphere><radius>1</radius></sphere></geometry><material><diffuse>{}</diffuse>"
     text = four_bar().replace("</link>", f"{paint.format('1 1 1 1')}</material></visual></link>", 1)
     colors = [skeleton(mechanism, link, 1.0).color for mechanism in [mechanism_of(text)] for link in mechanism.links]
-    assert colors == ["#b2b2b2", COLORS[1], COLORS[2]]
+    assert colors == ["#b2b2b2", LINKS[1], LINKS[2]]
 
 
 def test_links_with_drives_of_their_own_have_no_transmission_angle(mechanism_of):

@@ -11,11 +11,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import linkages
 import optim
+from linkages.base.palette import IDEAL
 from linkages.cli.main import main
 from linkages.show.plots.drawing.drawing import draw
 from linkages.show.plots.histories import forces_figure, output_figure, torques_figure, write_figures
 from linkages.show.plots.linear_figures import bode_figure
-from linkages.show.plots.style import IDEAL, engineering, figure_style, look, write_figure
+from linkages.show.plots.style import engineering, figure_style, look, write_figure
 
 SHIPPED = (
     "seven_bar", "seven_bar_dry", "seven_bar_mixed", "seven_bar_rig", "four_bar_dry", "five_bar_dry", "six_bar_dry",
@@ -218,6 +219,19 @@ def test_a_difference_beyond_its_panel_is_stated():
         box = note.get_window_extent(canvas.get_renderer())  # between both panels: it lies on no curve
         assert bottom.bbox.y1 <= box.y0 < box.y1 <= top.bbox.y0
         assert box.x1 <= bottom.bbox.x1 + 1.0
+
+
+def test_forces_and_torques_of_zero_are_not_drawn(tmp_path):
+    """The bearings of a gear pair have no force in the model, and a crank that a motor turns has no drive."""
+    gears = linkages.load(linkages.find_file("gear_rattle.toml"), {"duration": SHORT})
+    paths = write_figures(linkages.assess(gears, "compiled", error_estimate=False), tmp_path)
+    assert "joint_forces" not in {path.stem for path in paths}
+    system = linkages.load(linkages.find_file("slider_crank_motor.toml"), {"duration": SHORT})
+    study = linkages.assess(system, "compiled", error_estimate=False)
+    labels = [axes.get_ylabel() for axes in torques_figure(study).axes]
+    assert labels[0].startswith("torque of M")
+    assert not any("torque of O" in label for label in labels)
+    assert not np.any(study.run["O.torque"])
 
 
 def test_a_curve_has_the_colour_of_its_link_in_the_drawing():

@@ -179,9 +179,9 @@ class Unassembled(Brief):
         return self.experiment.drives
 
     @property
-    def driving(self) -> list[str]:
-        """Name the drives that act, see `Drive.acts`."""
-        return self.experiment.driving
+    def actuators(self) -> list[str]:
+        """Name what moves the machine: the drives that act, and the motors; each has a torque, or a force."""
+        return self.experiment.actuators
 
     @property
     def ramp(self) -> float:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from linkages.base.palette import IDEAL, INK, MEASURED
 from linkages.show.plots.style import COLORS, axis_label, typeset
 from optim.report.figures import png
 
@@ -51,10 +52,10 @@ def _write_fit(found: Mapping[str, Any], path: Path) -> None:
         axes = np.atleast_2d(figure.subplots(len(curves), 2, squeeze=False, gridspec_kw={"width_ratios": (3, 2)}))
         for (left, right), (name, curve) in zip(axes, curves.items(), strict=True):
             time, measured, computed = (np.array(curve[key]) for key in ("time", "measured", "computed"))
-            left.plot(time, measured, ".", color=COLORS[1], markersize=2.0, label="measured")
+            left.plot(time, measured, ".", color=MEASURED, markersize=2.0, label="measured")
             left.plot(time, computed, color=COLORS[0], linewidth=1.0, label="computed")
             left.set_ylabel(axis_label(name, typeset(curve["unit"])))
-            right.plot(time, measured - computed, ".", color=COLORS[2], markersize=2.0)
+            right.plot(time, measured - computed, ".", color=INK, markersize=2.0)
             right.axhline(0.0, color="0.5", linewidth=0.6)
             right.set_ylabel(axis_label("residual", typeset(curve["unit"])))
         axes[0, 0].legend()
@@ -99,7 +100,14 @@ def _write_profiles(found: Mapping[str, Any], path: Path) -> None:
             ax.plot(points[:, 0], points[:, 1], "o", color=COLORS[0], label="profile")
             if one["deviation"]:
                 values = np.linspace(points[0, 0], points[-1, 0], 100)
-                ax.plot(values, ((values - one["value"]) / one["deviation"]) ** 2, color=COLORS[1], label="linear")
+                ax.plot(
+                    values,
+                    ((values - one["value"]) / one["deviation"]) ** 2,
+                    color=IDEAL,
+                    linewidth=3.0,
+                    zorder=1,
+                    label="linear",
+                )
             ax.axhline(3.84, color="0.5", linestyle="--", label="95 %")
             ax.xaxis.set_major_locator(MaxNLocator(4))
             ax.ticklabel_format(axis="x", scilimits=(-2, 3))
@@ -126,8 +134,8 @@ def _write_posterior(found: Mapping[str, Any], path: Path) -> None:
                     ax.axvline(x, color="0.4", linestyle="--", linewidth=0.8)
             else:
                 ax.plot(samples[:, k], samples[:, i], ".", color=COLORS[0], markersize=1.5, alpha=0.4)
-                ax.axhline(list(found["parameters"].values())[i]["value"], color=COLORS[1], linewidth=0.8)
-            ax.axvline(one["value"], color=COLORS[1], linewidth=0.8)
+                ax.axhline(list(found["parameters"].values())[i]["value"], color=INK, linewidth=0.8)
+            ax.axvline(one["value"], color=INK, linewidth=0.8)
             ax.ticklabel_format(scilimits=(-2, 3))
             if i == n - 1:
                 ax.set_xlabel(f"{name} [{one['unit'] or '1'}]", loc="left")  # beside the power of ten

@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from linkages.base.palette import LIMIT
 from linkages.show.plots.presentation import presentation
 from linkages.show.plots.style import COLORS, axis_label, typeset
 from optim.problem.study import Study
-from optim.report.figures import label_of, png
+from optim.report.figures import draw_shares, label_of, png
 from optim.search.sampled_machines import Sample
 
 _SHOWN = 2000  # points of a figure, at most
-_GOOD, _BAD = COLORS[0], COLORS[1]
+_GOOD, _BAD = COLORS[0], LIMIT
 
 
 def write_tolerances(study: Study, result: Mapping[str, Any], sample: Sample, folder: Path) -> list[str]:
@@ -66,14 +67,15 @@ def _write_contributions(study: Study, result: Mapping[str, Any], quantities: Ma
             if entry["variance"] is not None:
                 rows = [entry["variance"]["values"][one] for one in study.names]
                 for key, shift, colour, text in (
-                    ("first", -0.2, COLORS[5], "alone"),
+                    ("first", -0.2, COLORS[3], "alone"),
                     ("total", 0.2, COLORS[0], "with others"),
                 ):
-                    errors = [1.96 * row[f"{key}_error"] for row in rows]
-                    ax.barh(places + shift, [row[key] for row in rows], 0.38, xerr=errors, color=colour, label=text)
+                    half = 1.96 * np.array([row[f"{key}_error"] for row in rows], dtype=float)
+                    share = np.array([row[key] for row in rows], dtype=float)
+                    draw_shares(ax, places + shift, share, half, colour, text)
             ax.set_title(label_of(study, name), fontsize=9)
             ax.set_xlabel("share of the variance [1]")
-            ax.set_xlim(min(0.0, ax.get_xlim()[0]), 1.0)
+            ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
         found = {name: one for name, one in result["contributions"].items() if one["halved"] is not None}
         axes[-1].errorbar(
             [100.0 * one["halved"] for one in found.values()],

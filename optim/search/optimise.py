@@ -77,7 +77,8 @@ def optimise(
     resume : bool
         Whether the store may exist; it must be of the same study, algorithm, start and seed.
     observe : callable, optional
-        Called after every iteration with an `Iteration` and the `Values` of the nominal design.
+        Called after every iteration with an `Iteration` and the `Values` of the designs that were evaluated since the
+        last call, in their order; the very first one is the nominal design.
     stop : callable, optional
         Asked after every iteration whether to stop.
 
@@ -118,9 +119,14 @@ def optimise(
     identity = identity_of(study, seed, start)
     screened = Screened(study, evaluator, getattr(settings, "step", None))
 
+    told = 0
+
     def observed(row: Iteration) -> None:
+        nonlocal told
         if observe is not None:
-            observe(row, problem.evaluate(study.nominal[None]))
+            fresh = recorder.asked(told)
+            told += len(fresh)
+            observe(row, values_of(study, recorder.evaluate(fresh.reshape(-1, len(study.names))), nominal))
         if stop():
             raise Stopped(row.iteration)
 

@@ -96,7 +96,7 @@ class Recorder:
     def __init__(self, store: Store, evaluate: Callable[[Array], Evaluations]) -> None:
         self.store, self._compute = store, evaluate
         self._known: dict[bytes, tuple[Array, Array, str, str]] = {}
-        self._asked: set[bytes] = set()
+        self._asked: dict[bytes, None] = {}  # in the order of asking
         self._steps = 0
         self._since = time.monotonic() - store.meta("elapsed")
         self._remember(*store.evaluations())
@@ -105,6 +105,10 @@ class Recorder:
     def elapsed(self) -> float:
         """Time spent on the study, by this process and earlier ones [s]."""
         return time.monotonic() - self._since
+
+    def asked(self, first: int) -> Array:
+        """Return the designs (m, n) that were asked for, in this order, without the first ones."""
+        return np.array([np.frombuffer(key) for key in [*self._asked][first:]])
 
     def evaluate(self, designs: Array) -> Evaluations:
         """Return evaluations of designs (m, n); unknown ones are computed in one population."""
@@ -116,7 +120,7 @@ class Recorder:
             found = self._compute(rows)
             self.store.add(rows, found, self.elapsed)
             self._remember(rows, found)
-        self._asked.update(keys)
+        self._asked |= dict.fromkeys(keys)
         f, g, status, reason = zip(*(self._known[key] for key in keys), strict=True)
         return Evaluations(np.array(f), np.array(g).reshape(len(keys), -1), status, reason)
 

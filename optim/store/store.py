@@ -26,7 +26,6 @@ import numpy as np
 from linkages import InputError
 from linkages.input.files.writing import whole
 from optim.evaluate.evaluations import OK, Evaluations
-from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Array
 from optim.store.sqlite import APPLICATION, SCHEMA, check_content, check_header, guarded, put, seal_all
 
@@ -61,12 +60,6 @@ class Iteration:
     objectives: Array  # (k, no) theirs, smaller is better
     violation: Array  # (k,)
     state: str  # JSON
-
-    @property
-    def best_feasible(self) -> Array:
-        """Least value of each objective (no,) among the best designs that satisfy the constraints; NaN if none does."""
-        feasible = self.objectives[self.violation <= FEASIBLE]
-        return feasible.min(axis=0) if len(feasible) else np.full(self.objectives.shape[1], np.nan)
 
     def same(self, other: Iteration) -> bool:
         """Whether two iterations agree to the last bit."""

@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 from flexible_machines import bent_machine
 from machines import PLANES, bar, four_bar, joint, model, solid, written
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
 from shipped import shipped
 
-from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, load
+from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, find_file, load
 from linkages.engines.drake.plant import visuals
+from linkages.show.plots.animation.bounds import bounds
 from linkages.show.plots.animation.joint_views import guide_frames, journal_frames
 from linkages.show.plots.animation.magnified import strongest
 from linkages.show.plots.animation.recording import add_captions, frames, write_animation
@@ -201,6 +205,48 @@ def test_every_frame_has_its_captions(dry, tmp_path):
     largest = max(float(line.split()[2]) for line in label["lines"])
     assert largest == pytest.approx(dry.run["B.force"].max(), rel=5e-3)  # three digits
     assert data["clock"][-1].startswith("t = 0.0100 s, 800 times slower")
+
+
+def test_the_camera_sees_the_wheels_of_gears(tmp_path):
+    """The wheels have radii of 30 and 60 mm on shafts 90 mm apart, which are all joints and points."""
+    gears = load(find_file("gear_rattle.toml"), {"duration": 0.02})
+    write_animation(assess(gears, "compiled", error_estimate=False), tmp_path / "animation.html")
+    data = json.loads(re.search(r"const data = (\{.*\});", (tmp_path / "animation.html").read_text())[1])
+    width, height = data["view"]
+    assert 0.18 <= width < 0.4
+    assert 0.12 <= height < 0.4
+
+
+@pytest.mark.parametrize(
+    ("shape", "high"),
+    [
+        ("<cylinder><radius>0.3</radius><length>0.1</length></cylinder>", 0.3),
+        ("<sphere><radius>0.2</radius></sphere>", 0.2),
+        ("<box><size>0.6 0.8 0.1</size></box>", 0.5),  # as its diagonal turns by a revolution
+    ],
+)
+def test_bounds_are_those_of_the_turning_shape(shape, high):
+    """A shape turns about its middle, which is 2 m to the right and 1 m above the origin."""
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    Parser(plant).AddModelsFromString(TURNING.format(shape), "sdf")
+    plant.Finalize()
+    root = builder.Build().CreateDefaultContext()
+    context = plant.GetMyMutableContextFromRoot(root)
+
+    def poses():
+        for angle in np.linspace(0.0, 2.0 * np.pi, 721):
+            plant.SetPositions(context, [angle])
+            yield context
+
+    found = bounds(plant, scene_graph, poses(), np.eye(3)[:, :2])
+    np.testing.assert_allclose(found, [[2.0 - high, 1.0 - high], [2.0 + high, 1.0 + high]], atol=1e-4)
+
+
+TURNING = """<sdf version="1.9"><model name="one"><link name="a"><pose>2 1 0 0 0 0</pose>
+<inertial><mass>1</mass></inertial><visual name="v"><geometry>{}</geometry></visual></link>
+<joint name="j" type="revolute"><parent>world</parent><child>a</child><axis><xyz>0 0 1</xyz></axis></joint>
+</model></sdf>"""
 
 
 def test_captions_cannot_break_the_page():

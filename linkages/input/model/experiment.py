@@ -159,6 +159,11 @@ class Experiment(Brief, Table):
         """Name the drives that act, see `Drive.acts`."""
         return [name for name, drive in self.drives.items() if drive.acts]
 
+    @property
+    def actuators(self) -> list[str]:
+        """Name what moves the machine: the drives that act, and the motors; each has a torque, or a force."""
+        return [*self.driving, *self.motors]
+
     def _facts(self) -> tuple[str, dict[str, str]]:
         rows = {"experiment": self.source.name, "mechanism": self.mechanism, "duration": f"{self.duration:g} s"}
         rows["drives"] = ", ".join(self.drives) or "none"

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from linkages.base.errors import AssemblyError, InputError, RunError
+from linkages.base.palette import css, repainted
 from linkages.input.files.versions import versions
 from linkages.input.model.experiment import ARGUMENT
 from linkages.show.live.controls import Control, controls, extended
@@ -270,7 +271,7 @@ MODULES = (
 
 @cache
 def front_end(name: str) -> str:
-    """Return the page, its style or a module of its script; "widget.js" is one module of all, for anywidget.
+    """Return the page, its style with its colours, or a module of its script; "widget.js" is one module of all.
 
     Modules import names of others, unchanged, by lines of the form ``import {NAME, NAME} from "./MODULE.js";``.
     """
@@ -280,6 +281,9 @@ def front_end(name: str) -> str:
         return "\n".join(re.sub("^export (?!default)", "", line) for line in kept)
     if name == "curves.js":
         return f"{script()}\nexport {{drawCurves, valueAt}};\n"
+    if name == "live.css":
+        page = ".linkages-live"
+        return css(page) + repainted(f"{page} .picture ") + "\n" + own_text("linkages.show.live", name)
     return own_text("linkages.show.live", name)
 
 

@@ -158,7 +158,7 @@ class Session:
         ran = {**values, **added}
         self._shown = dict(values), ran
         assessment = Assessment(system, "compiled", run, run if exact is None else exact, None)
-        result = self._result = _Result(assessment, exact, frames_of(run, part), _picture(values), coarse)
+        result = self._result = _Result(assessment, exact, frames_of(run, part), _picture(values), coarse, part)
         numbers = {}
         for path in (path for path, value in values.items() if isinstance(value, str)):
             with suppress(InputError):  # of a choice or a list
@@ -185,6 +185,12 @@ class Session:
         if period is not None and not assessment.system.can_touch:  # even if it has not settled
             return float(assessment.run.time[-1]) - period, float(assessment.run.time[-1])
         return assessment.reported_span
+
+    def part_drawn(self) -> tuple[float, float]:
+        """Return begin and end [s] of the curves of the run that was shown last."""
+        if self._result is None:
+            raise InputError("page", "run", "has not been shown yet")
+        return self._result.part
 
     def numbers(self) -> dict[str, Any]:
         """Return the numbers of the run that was shown last, see `linkages.show.live.view.numbers_for`."""
@@ -264,6 +270,7 @@ class _Result(NamedTuple):
     frames: Mapping[str, Array]  # of the moving picture
     picture: str  # key of its drawing
     coarse: bool
+    part: tuple[float, float]  # begin and end of its curves [s]
 
 
 def _period(system: System) -> float | None:

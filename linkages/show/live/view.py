@@ -49,7 +49,7 @@ def view(
     system, run = assessment.system, assessment.run
     shown = run.within(*part)
     moved = replace(shown, time=shown.time - shown.time[0], evaluate=None)
-    drawn = columns(system.settings.outputs, system.tree.play, system.driving)
+    drawn = columns(system.settings.outputs, system.tree.play, system.actuators)
     return {
         "status": run.status.value,
         "remedy": "" if run.status is Status.OK else run.status.remedy,

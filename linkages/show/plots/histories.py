@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from linkages.base.palette import IDEAL, IDEAL_LINE, MEASURED
 from linkages.input.files.writing import file_name
 from linkages.input.model.skeleton import OTHER
 from linkages.results.assessment import Assessment
@@ -17,7 +18,6 @@ from linkages.show.plots.journals import contacts_figure, guides_figure, orbits_
 from linkages.show.plots.pages import drawn_errors, resolved
 from linkages.show.plots.style import (
     COLORS,
-    IDEAL,
     LEGEND,
     axis_label,
     color_for,
@@ -54,9 +54,9 @@ _LABELS = {
 def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, float | None] | None = None) -> list[Path]:
     """Draw all figures of an assessment into an existing folder, in the format of `presented`, and return their paths.
 
-    The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces
-    and drive torques; missing ones are skipped. Variations below the errors of the peaks by key
-    (`linkages.results.summary.judge`) are not drawn.
+    The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces,
+    torques of drives and motors; missing ones, and forces and torques of zero throughout, are skipped. Variations below
+    the errors of the peaks by key (`linkages.results.summary.judge`) are not drawn.
     """
     least = drawn_errors(errors or {}, assessment.noise)
     figures: dict[str, Callable[[Assessment], Figure]] = {
@@ -73,8 +73,9 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
         figures["impacts"] = contacts_figure
     if assessment.system.tree.flexible:
         figures["links"] = links_figure
-    figures["joint_forces"] = partial(forces_figure, errors=least)
-    if assessment.system.driving:
+    if _acting(assessment, _forces(assessment), least):
+        figures["joint_forces"] = partial(forces_figure, errors=least)
+    if _acting(assessment, _torques(assessment), least):
         figures["drive_torques"] = partial(torques_figure, errors=least)
     with figure_style():
         return [write_figure(draw(assessment), folder / name) for name, draw in figures.items()]
@@ -87,18 +88,46 @@ def output_figure(assessment: Assessment, name: str, errors: Mapping[str, float]
 
 
 def forces_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
-    """Draw the force in each clearance joint, or else in every joint; below each, the difference."""
-    names = assessment.system.tree.play or tuple(assessment.system.joints)
-    return _compare(assessment, {f"{name}.force": f"force in {name}" for name in names}, errors)
+    """Draw the force in each clearance joint, or else in every joint; below each, the difference.
+
+    Forces that are zero throughout are left out, as in gear pairs, unless all are zero.
+    """
+    labels = _forces(assessment)
+    return _compare(assessment, _acting(assessment, labels, errors) or labels, errors)
 
 
 def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
-    """Draw the torques of all drives that act, or forces for prismatic joints; below each, the difference."""
+    """Draw the torques of all drives that act and of motors, or forces for prismatic joints; below, the difference.
+
+    Torques that are zero throughout are left out, unless all are zero.
+    """
+    labels = _torques(assessment)
+    return _compare(assessment, _acting(assessment, labels, errors) or labels, errors)
+
+
+def _forces(assessment: Assessment) -> dict[str, str]:
+    """Label the forces of clearance joints, or else of all joints, by column."""
+    names = assessment.system.tree.play or tuple(assessment.system.joints)
+    return {f"{name}.force": f"force in {name}" for name in names}
+
+
+def _torques(assessment: Assessment) -> dict[str, str]:
+    """Label the torques and forces of actuators, or else of all drives, by column."""
     system, labels = assessment.system, {}
-    for drive in system.driving or system.drives:
-        kind = "force" if unit(system, f"{drive}.torque") == "N" else "torque"
-        labels[f"{drive}.torque"] = f"{kind} of {drive}"
-    return _compare(assessment, labels, errors)
+    for name in system.actuators or system.drives:
+        kind = "force" if unit(system, f"{name}.torque") == "N" else "torque"
+        labels[f"{name}.torque"] = f"{kind} of {name}"
+    return labels
+
+
+def _acting(assessment: Assessment, labels: Mapping[str, str], errors: Mapping[str, float] | None) -> dict[str, str]:
+    """Keep the labels of columns that are not zero throughout, within their errors, in the run and the ideal motion."""
+    least, motions = errors or assessment.noise, [one for one in (assessment.run, assessment.ideal) if one is not None]
+    return {
+        name: label
+        for name, label in labels.items()
+        if any(name in one.columns and resolved(one[name], least.get(name, 0.0)).any() for one in motions)
+    }
 
 
 def measured_figure(assessment: Assessment) -> Figure:
@@ -111,7 +140,7 @@ def measured_figure(assessment: Assessment) -> Figure:
         run, (first, last) = assessment.run, one.time[[0, -1]]
         near = (run.time >= first) & (run.time <= last)
         drawn, factor = _shown(assessment, name, np.concatenate([one.values, one.computed]))
-        top.plot(one.time, factor * one.values, ".", color=OTHER, ms=2.5, label="measured")
+        top.plot(one.time, factor * one.values, ".", color=MEASURED, ms=2.5, label="measured")
         color = color_for(colors, name)
         top.plot(run.time[near], factor * run[name][near], color=color, lw=1.2, label="computed")
         top.set_ylabel(axis_label(name, drawn))
@@ -150,7 +179,7 @@ def _compare(
         unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
         drawn, factor = _shown(assessment, name, values if unbounded else np.concatenate([values, perfect]))
         if ideal is not None and name in both:
-            top.plot(ideal.time, factor * perfect, color=IDEAL, lw=3.0, label=perfectly)
+            top.plot(ideal.time, factor * perfect, color=IDEAL, lw=IDEAL_LINE, label=perfectly)
         top.plot(run.time, factor * values, color=color_for(colors, name), lw=1.0, label=really)
         top.set_ylabel(axis_label(label, drawn))
         if unbounded:  # at a dead point of the ideal linkage

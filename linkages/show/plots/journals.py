@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
+from linkages.base.palette import INK, PLAY
 from linkages.input.model.skeleton import OTHER
 from linkages.results.assessment import Assessment, touching
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
@@ -20,9 +21,9 @@ from linkages.system import System
 
 # phases of a journal: label, colour, width; distinct in grey too
 _PHASES = {
-    FREE: ("free flight", COLORS[5], 0.7),
-    SUSTAINED_CONTACT: ("sustained contact", "#1A1A1A", 1.4),
-    IMPACT: ("impact", COLORS[1], 1.4),
+    FREE: ("free flight", COLORS[3], 0.7),
+    SUSTAINED_CONTACT: ("sustained contact", INK, 1.4),
+    IMPACT: ("impact", PLAY, 1.4),
 }
 
 # marks of a journal, and of a guide's corners

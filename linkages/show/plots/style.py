@@ -9,6 +9,7 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import notice
+from linkages.base.palette import AXIS_LINE, DATA_LINE, GRID_LINE, GRID_SHADE, INK, LINKS, SIZES, SOFT
 from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES
 from linkages.input.model.skeleton import OTHER
 from linkages.show.plots.presentation import presentation, shown
@@ -19,10 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-#: Okabe and Ito's palette: distinct to colour-blind readers, and in grey.
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-#: Of the motion with ideal joints, wide behind the run; on the live page too.
-IDEAL = "#BFC4CA"
+#: Colours of curves that belong to no link; see `linkages.base.palette`.
+COLORS = LINKS
 #: Line styles in the order of the colours.
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
@@ -36,9 +35,21 @@ def look(k: int) -> dict[str, Any]:
 LEGEND: dict[str, Any] = {"ncols": 2, "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
 
 _STYLE: dict[Any, Any] = {
-    "font.size": 9,
+    "font.size": SIZES[0],
+    "font.sans-serif": ["DejaVu Sans"],
+    "text.color": INK,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.linewidth": AXIS_LINE,
     "axes.grid": True,
-    "grid.alpha": 0.3,
+    "axes.axisbelow": True,
+    "grid.alpha": GRID_SHADE,
+    "grid.linewidth": GRID_LINE,
+    "grid.color": SOFT,
+    "lines.linewidth": DATA_LINE,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.unicode_minus": True,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "figure.dpi": 150,
@@ -50,8 +61,6 @@ _STYLE: dict[Any, Any] = {
 _PRINT = {
     "font.size": 7,
     "figure.dpi": 300,
-    "axes.linewidth": 0.5,
-    "grid.linewidth": 0.4,
     **{f"{axis}tick.major.{key}": value for axis in "xy" for key, value in (("width", 0.5), ("size", 2.5))},
 }
 _DATES = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # none in the files

@@ -11,6 +11,7 @@ from urllib.parse import unquote
 from markupsafe import Markup
 
 from linkages.base.errors import InputError
+from linkages.base.palette import css
 from linkages.input.files.writing import whole
 from linkages.results.measured import load_measured
 from linkages.results.trajectory import load_trajectory
@@ -33,7 +34,7 @@ def write_page(path: Path, text: str) -> None:
 
 def report_page(name: str, **values: Any) -> str:
     """Fill a template of this package, with a macro for tables."""
-    return filled(own("table.html") + own(name), style=Markup(own("page.css")), **values)
+    return filled(own("table.html") + own(name), style=Markup(css() + own("page.css")), **values)
 
 
 def render(results: Results) -> str:
@@ -87,7 +88,8 @@ def curves_of(results: Results) -> list[dict[str, Any]]:
     files = (results.folder / name for name in ("trajectory.npz", "ideal.npz"))
     run, ideal = (load_trajectory(path) if path.is_file() else None for path in files)
     drives = [name for name, drive in results.summary["drives"].items() if drive.get("acts", True)]
-    names = columns(results.summary["outputs"], results.play, drives)
+    actuators = [*drives, *results.experiment.get("motors", {})]
+    names = columns(results.summary["outputs"], results.play, actuators)
     errors = {name: results.summary["error"].get(f"{name}.peak") or 0.0 for name in names}
     found = results.folder / "measured.npz"
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from markupsafe import Markup
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Context, DiagramBuilder
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError
@@ -21,6 +21,7 @@ from linkages.engines.drake.plant import add_tree, state_place
 from linkages.input.files.magnitudes import rounded
 from linkages.input.model.mechanism import Joint
 from linkages.results.assessment import Assessment
+from linkages.show.plots.animation.bounds import bounds
 from linkages.show.plots.animation.joint_views import GuideView, JournalView
 from linkages.show.plots.animation.surroundings import SCALE, Surroundings
 from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
@@ -33,6 +34,7 @@ _ASPECT = 2.0  # assumed width over height of the window
 _FIELD_OF_VIEW = 25.0  # field of view [deg]; narrow, so that circles at the edge look round
 _FRAMES_PER_SECOND = 60.0
 _DEFLECTION = 0.05  # largest drawn deflection over the linkage's size
+_POSES = 60  # about as many poses are looked at for the bounds of the shapes
 _LENGTH = 8.0  # duration of every animation [s]
 
 Views = list[JournalView | GuideView]
@@ -67,18 +69,26 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
     diagram = builder.Build()
     times, q, magnified = frames(assessment, exaggerate, shown)
     start, slow = times[0], max(1.0, _LENGTH / (times[-1] - times[0]))
-    surroundings = Surroundings(assessment, meshcat)
+    root = diagram.CreateDefaultContext()
+    context = plant.GetMyMutableContextFromRoot(root)
+    full = plant.GetPositions(context).copy()
+
+    def posed(rows: Array) -> Iterator[Context]:
+        """Move the plant to the coordinates of each row."""
+        for full[positions] in rows:
+            plant.SetPositions(context, full)
+            yield context
+
+    few = q[:: 1 + len(q) // _POSES]
+    surroundings = Surroundings(
+        assessment, meshcat, bounds(plant, scene_graph, posed(few), shown.mechanism.basis[:, :2])
+    )
     span = surroundings.span()
     views = _joint_views(assessment, meshcat, times, *span)
     seen = _look_at(assessment, meshcat, views, *span)
     scale = surroundings.draw()
-    root = diagram.CreateDefaultContext()
-    context = plant.GetMyMutableContextFromRoot(root)
-    full = plant.GetPositions(context).copy()
     visualizer.StartRecording(set_transforms_while_recording=False)
-    for frame, (t, coordinates) in enumerate(zip(times, q, strict=True)):
-        full[positions] = coordinates
-        plant.SetPositions(context, full)
+    for frame, (t, _) in enumerate(zip(times, posed(q), strict=True)):
         root.SetTime(slow * (t - start))
         diagram.ForcedPublish(root)
         for view in views:
@@ -207,7 +217,7 @@ def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magn
         f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
     bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.flexible else ""
-    names = columns(system.settings.outputs, tree.play, system.driving)
+    names = columns(system.settings.outputs, tree.play, system.actuators)
     return {
         "clock": [f"t = {t:.4f} s, {pace}" for t in times],
         "legend": bent + (legend if views else ""),

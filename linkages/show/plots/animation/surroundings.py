@@ -12,10 +12,11 @@ from pydrake.geometry import Box, Cylinder, Meshcat, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
 from linkages.base.arrays import Array
+from linkages.base.palette import MARK
 from linkages.input.model.mechanism import Joint
 from linkages.results.assessment import Assessment
 from linkages.show.plots.animation.magnified import GROUND, joint_axes
-from linkages.show.plots.drawing.shapes import MARK, below, hatched
+from linkages.show.plots.drawing.shapes import below, hatched
 from linkages.show.plots.style import asked_points, round_length
 
 # lengths over the linkage's size
@@ -26,14 +27,15 @@ _RAIL = 0.035  # height of the hatched ground below a rail
 _BENEATH = 0.02  # depth of paths and hatching below the plane
 
 _PATH_POINTS = 1000
+_NOWHERE = np.empty((0, 2))
 SCALE = "/ground/scale/label"  # place of a label in the scene
 
 
 class Surroundings:
-    """Draws the surroundings of the moving parts."""
+    """Draws the surroundings of the moving parts; `bodies` (2, 2) are the corners of their shapes, plane axes [m]."""
 
-    def __init__(self, assessment: Assessment, meshcat: Meshcat) -> None:
-        self.assessment, self.meshcat = assessment, meshcat
+    def __init__(self, assessment: Assessment, meshcat: Meshcat, bodies: Array = _NOWHERE) -> None:
+        self.assessment, self.meshcat, self.bodies = assessment, meshcat, bodies
         self.system, self.size = assessment.system, assessment.system.tree.extent
         self.basis = self.system.basis
         depths = [float(self.basis[:, 2] @ link.translation) for link in self.system.links.values()]
@@ -41,7 +43,8 @@ class Surroundings:
 
     def span(self) -> tuple[Array, Array]:
         """Return the lower left and upper right corner of all moving parts, plane axes [m]."""
-        places = np.concatenate([*(self._path(name) for name in self.system.points), *self._rails().values()])
+        paths = (self._path(name) for name in self.system.points)
+        places = np.concatenate([self.bodies, *paths, *self._rails().values()])
         return places.min(axis=0), places.max(axis=0)
 
     def draw(self) -> str:

@@ -145,7 +145,7 @@ def _shapes(
     for way in ways:
         yield from done.drive(tree.joints[way.drive])
     for link in tree.links.values():
-        yield parts.link_name(link)
+        yield from parts.link_name(link)
     yield from done.all(experiment)
     for name in points:
         yield from parts.point(name)

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.base.palette import LINE
 from linkages.input.model.mechanism import Joint, Link
 from linkages.show.plots.drawing.shapes import STYLES, DrawnPoint, Shape, below, hatched, placed, shape
 from linkages.system.tree import Tree
@@ -18,6 +19,7 @@ _STAND = (1.7, 2.6)  # half the width, and the height, of a support on the groun
 _HATCH = 0.75  # distance of hatching lines
 _HEAD = 1.5
 _ALONG, _BESIDE = (0.55, 0.4, 0.7, 0.25), 0.95  # of a link's name: fractions of the bar, distance from its middle line
+_BELOW = 0.1  # of the line under a link's name
 _AWAY, BLOCK, _BEYOND = 2.9, 4.2, 5.0  # distance of a name from a pin, from a block, and from the arrow of a drive
 
 _STEP, _BAR = 0.5, 0.65  # distance of the sample points of a line, half a bar's width
@@ -140,14 +142,15 @@ class Parts:
         if link.mass > 0.0:
             yield shape("centre", [self.on(link.name, link.com)], form.color)
 
-    def link_name(self, link: Link) -> Shape:
-        """Draw the name of a link next to the middle of its longest bar."""
+    def link_name(self, link: Link) -> Iterator[Shape]:
+        """Draw the name of a link next to the middle of its longest bar, underlined in the link's colour."""
         form = self.tree.skeleton(link.name)
         if not form.bars:
             here = self.at(self.on(link.name, form.places[0]))
             self.take(here, np.array([0.0, -1.0]))
             self.room.take_name("link name", here - [0.0, 4.0 * self.unit], link.name)
-            return shape("link name", [self.off(link.name, form.places[0], (0.0, -4.0))], form.color, link.name)
+            yield from self._underlined(link, form.places[0], np.array([0.0, -4.0]), form.color)
+            return
         a, b = max(form.bars, key=lambda bar: float(np.linalg.norm(form.places[bar[1]] - form.places[bar[0]])))
         start, end = (self.at(self.on(link.name, form.places[k])) for k in (a, b))
         across = np.array([start[1] - end[1], end[0] - start[0]]) / max(float(np.linalg.norm(end - start)), 1e-300)
@@ -160,7 +163,15 @@ class Parts:
                 tried.append((self.room.cost("link name", at, link.name), middle, away, at))
         _, middle, away, at = min(tried, key=lambda one: one[0])
         self.room.take_name("link name", at, link.name)
-        return shape("link name", [self.off(link.name, middle, away)], form.color, link.name)
+        yield from self._underlined(link, middle, away, form.color)
+
+    def _underlined(self, link: Link, drawn: Array, away: Array, color: str) -> Iterator[Shape]:
+        """Draw the name of a link at a distance from its point (units, plane axes), and a line below it."""
+        half = self.room.half("link name", link.name) / self.unit
+        below = [away + np.array([side * half[0], -half[1] - _BELOW]) for side in (-0.9, 0.9)]
+        ends = [self.off(link.name, drawn, end) for end in below]
+        yield shape("link mark", ends, color)
+        yield shape("link name", [self.off(link.name, drawn, away)], color, link.name)
 
     def beneath(self, joint: Joint) -> Iterator[Shape]:
         """Draw the shapes under the links: the ground of a joint, the rail of a guide."""
@@ -222,7 +233,7 @@ class Parts:
 
     def _color(self, link: str) -> str:
         if link == "world":
-            return "#DDDDDD"
+            return LINE
         return self.tree.skeleton(link).color
 
     def _rectangle(self, link: str, drawn: Array, along: Array) -> list[DrawnPoint]:
