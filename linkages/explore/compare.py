@@ -15,6 +15,7 @@ import numpy as np
 
 from linkages.base.arguments import validated
 from linkages.base.brief import Brief
+from linkages.engines import ENGINES, check_engine
 from linkages.engines.assessment import simulate
 from linkages.input.model.capabilities import Analysis
 from linkages.input.model.experiment import Experiment
@@ -130,6 +131,8 @@ def compare(system: System, progress: Callable[[str], TimeReport] | None = None)
     >>> comparison.differences["A.force"].relative < 1e-4
     True
     """
+    for engine in ENGINES:
+        check_engine(engine)
     system.check_analysis(Analysis.DRAKE)
     stage = progress or (lambda name: lambda time: None)
     runs, horizons = {}, {}

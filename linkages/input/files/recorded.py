@@ -15,9 +15,9 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
+from linkages.base.packages import needed
 from linkages.input.files.magnitudes import decimal_or_nan
 from linkages.input.files.reading import read_arrays, read_whole
-from linkages.input.files.table_formats import needed
 from linkages.input.files.toml import leaves
 from linkages.input.files.unit_conversion import si
 
