@@ -10,7 +10,7 @@ from PIL import Image
 import linkages
 from linkages.cli.main import main
 from linkages.show.plots.drawing import draw
-from linkages.show.plots.drawing.moving import body_poses
+from linkages.show.plots.drawing.poses import body_poses
 
 RUN = "simulate seven_bar.toml --duration 0.05 --no-plots --no-animation --no-error-estimate --quiet --out"
 

@@ -396,6 +396,7 @@ def test_new_replaces_no_link_that_leads_nowhere(tmp_path, capsys):
     assert not (tmp_path / "m.sdf").exists()
 
 
+@pytest.mark.drake
 def test_doctor_finds_this_installation_sound(capsys):
     assert main(["doctor"]) == 0
     shown = capsys.readouterr().out

@@ -7,9 +7,6 @@ import numpy as np
 import pytest
 from foreign_files import angles_on_drake, experiment, written
 from machines import bar, circle_intersection, four_bar, joint, model
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex
 
 from linkages import InputError, load_mechanism
 from linkages.cli.main import main
@@ -23,6 +20,9 @@ GOOD = four_bar()
 
 def drake(text, kind="sdf", welded=()):
     """Drake's plant of a text, and its context."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
     plant = MultibodyPlant(0.0)
     Parser(plant).AddModelsFromString(text, kind)
     for name in welded:
@@ -107,6 +107,8 @@ LEG = LEG.replace('relative_to="__model__"', "")  # Drake: only a model's own pa
 
 
 def test_models_in_models_are_as_drake_reads_them(mechanism_of):
+    from pydrake.multibody.tree import BodyIndex
+
     text = model("host", bar("crank", 0.1, "__model__") + joint("O", "world", "crank") + LEG)
     machine = mechanism_of(text)
     plant, context = drake(text)

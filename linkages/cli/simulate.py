@@ -19,7 +19,7 @@ from linkages.cli.options import (
     written,
 )
 from linkages.cli.progress import silence, stages
-from linkages.engines import DEFAULT, ENGINES, engine
+from linkages.engines import DEFAULT, ENGINES, check_engine, engine
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
@@ -100,11 +100,15 @@ def run(options: argparse.Namespace) -> int:
     from linkages.results.impacts import write_impacts
     from linkages.results.measured import save_measured
     from linkages.results.summary import judge, unjudged
+    from linkages.show.plots.animation.animated import check_animation
     from linkages.show.report.answer import answer
     from linkages.show.report.terminal import format_judgement, format_table
 
     if options.exaggerate is not None and not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
+    check_engine(options.engine)
+    if not options.no_animation:
+        check_animation(options.exaggerate)
     system = load_system(options)
     out = output_folder(options, system.description.stem, "simulate")
     progress = stages(options, system.settings.duration, "s")
@@ -176,7 +180,7 @@ def _details(result: Assessment, summary: dict[str, Any]) -> str:
 
 def _animate(result: Assessment, path: Path, exaggerate: float | None) -> None:
     """Write the animation; reject an exaggeration for which the loops do not close."""
-    from linkages.show.plots.animation.recording import write_animation
+    from linkages.show.plots.animation.animated import write_animation
 
     try:
         write_animation(result, path, exaggerate)

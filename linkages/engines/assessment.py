@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from linkages.base.arguments import Names, validated
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
-from linkages.engines import DEFAULT
+from linkages.engines import DEFAULT, check_engine
 from linkages.engines import engine as load_engine
 from linkages.engines.methods import expect_run
 from linkages.engines.repetition import tightened
@@ -140,6 +140,7 @@ def assess(
     'ok'
     """
     stage = progress or (lambda name: lambda time: None)
+    check_engine(engine)
     expect_run(system, engine)  # before the ideal linkage
     check_data(system)
     _ = system.assembly  # faults of the machine itself are raised

@@ -12,6 +12,7 @@ from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
 
 from linkages.base.errors import InputError, RunError
+from linkages.base.packages import needed
 from linkages.input.files.versions import versions
 
 _ANSWER, _WORKER = 10.0, 10.0  # seconds to wait for the scheduler, and for a first worker
@@ -26,12 +27,9 @@ def cluster(address: str, remedy: str) -> Iterator[tuple[Executor, int]]:
     package versions than this process, or if the connection is lost while the executor is in use: `remedy` then says
     how to continue.
     """
+    distributed = needed("distributed", "--cluster", address)
     try:
-        from distributed import Client
-    except ImportError:
-        raise InputError("--cluster", address, 'needs Dask: pip install "linkages[cluster]"') from None
-    try:
-        client = Client(address, timeout=_ANSWER, set_as_default=False)
+        client = distributed.Client(address, timeout=_ANSWER, set_as_default=False)
     except (OSError, ValueError) as problem:
         raise InputError("--cluster", address, f"no scheduler answers ({problem})") from None
     with client:
@@ -42,7 +40,7 @@ def cluster(address: str, remedy: str) -> Iterator[tuple[Executor, int]]:
         here = versions()
         for worker, there in client.run(versions).items():
             for package in here:
-                if package != "python" and there[package] != here[package]:
+                if package not in ("python", "drake") and there[package] != here[package]:  # nothing there runs Drake
                     raise RunError(
                         f"cluster {address}: worker {worker} has {package} {there[package]}, here is {here[package]};"
                         " install the same version"

@@ -20,6 +20,7 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.brief import Brief
 from linkages.base.errors import Status, TimeOverError
+from linkages.engines import ENGINES, check_engine
 from linkages.engines.assessment import simulate
 from linkages.input.model.capabilities import Analysis
 from linkages.results.assessment import touching
@@ -148,6 +149,8 @@ def compare(
     >>> comparison.differences["A.force"].relative < 1e-4
     True
     """
+    for engine in ENGINES:
+        check_engine(engine)
     system.check_analysis(Analysis.DRAKE)
     told = progress or (lambda name: lambda time: None)
     stages = _Stages(told, clock.monotonic(), np.inf if limit is None else limit)

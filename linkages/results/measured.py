@@ -81,9 +81,9 @@ def measured(system: System, run: Trajectory) -> dict[str, Measured]:
         return {}
     recording = data.recording
     columns = data.columns or {
-        name: DataColumn.model_validate({"output": name})
+        name: DataColumn.model_validate({"output": recording.bare(name)})
         for name in recording.columns
-        if name in run.columns and name not in (data.time, "time")
+        if recording.bare(name) in run.columns and recording.bare(name) != "time" and name != recording.named(data.time)
     }
     if not columns:
         named = f"no column of {recording.path.name} is named like a recorded output"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
 from linkages.base.errors import listed
+from linkages.base.packages import check_installed
 from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, workers, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
@@ -80,6 +81,8 @@ def run(options: argparse.Namespace) -> int:
     """Solve every study with every seed; returns the exit status."""
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be at least 1")
+    if options.verify:
+        check_installed("pydrake", "--verify")
     if (code := _tolerances(options)) is not None:
         return code
     root, jobs = _jobs(options)

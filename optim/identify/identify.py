@@ -15,6 +15,7 @@ from typing import Any
 
 from linkages import InputError, RunError
 from linkages.base.arguments import Count, validated
+from linkages.base.packages import check_installed
 from linkages.input.files.toml import leaves
 from linkages.input.files.versions import versions
 from linkages.input.files.writing import write_json
@@ -24,7 +25,7 @@ from optim.identify.certainty import Certainty, certainty
 from optim.identify.content import agreement, best_prediction, content_of, other_laws, parameters, prediction
 from optim.identify.fit import Fitted, agreeing, best_of, fit_all, hopeless, refine, starts
 from optim.identify.load import Identification, described
-from optim.identify.posterior import check_sampler, posterior
+from optim.identify.posterior import posterior
 from optim.identify.profile import profile
 from optim.identify.residuals import Residuals
 from optim.identify.statistics import Statistics
@@ -95,7 +96,7 @@ def identify(
     if not task.measurements:
         raise InputError(task.source, "data", "is missing; add [data.NAME] with file and columns, or give --plan")
     if samples:
-        check_sampler()
+        check_installed("emcee", "--posterior")
         if task.file.fit.windows == "statistics":
             raise InputError(
                 task.source, "fit.windows", 'is "statistics", which have no posterior; leave out --posterior'

@@ -286,7 +286,7 @@ def _deviation(column: MeasuredColumn, recording: Recording, name: str, si_unit:
     """Return the standard deviation of a sample in SI; NaN if none is given."""
     if column.deviation is None:
         return math.nan
-    stated = column.unit or recording.units.get(name) or si_unit
+    stated = recording.stated(name, si_unit, column.unit)
     factor = 1.0 if stated == si_unit else si(f"1 {stated}", si_unit) - si(f"0 {stated}", si_unit)
     size = si(column.deviation, si_unit) if isinstance(column.deviation, str) else column.deviation * factor
     if not size > 0.0:

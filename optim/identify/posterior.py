@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import os
 from collections.abc import Callable
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages import InputError, RunError
+from linkages import RunError
 from linkages.base.arrays import Array
 from optim.identify.batches import SumsOfSquares
 from optim.identify.certainty import LEVEL, Certainty
@@ -24,12 +23,6 @@ _BEGINNING = 5  # autocorrelation times that are left out
 _LOOK = 50  # steps between two estimates of the autocorrelation time
 _REACH = 6.0  # largest distance of a fitted shift from its best value, in deviations
 _KEPT = 2000  # samples in the result
-
-
-def check_sampler() -> None:
-    """Raise an InputError if emcee is not installed."""
-    if importlib.util.find_spec("emcee") is None:
-        raise InputError("--posterior", "", 'needs emcee: pip install "linkages[posterior]"')
 
 
 def posterior(

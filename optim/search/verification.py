@@ -12,6 +12,7 @@ import numpy as np
 from linkages import System
 from linkages.base.arguments import Count, validated
 from linkages.base.brief import cell
+from linkages.engines import check_engine
 from linkages.input.files.writing import finite
 from optim.evaluate.evaluations import INFEASIBLE, OK
 from optim.evaluate.evaluator import Evaluator
@@ -57,6 +58,7 @@ def verify(
     >>> report["status"]
     'the optimum failed: no-assembly'
     """
+    check_engine("drake")
     report: dict[str, Any] = {"engine": "drake", "tolerance": f"{_TIGHTER:g} of the study's"}
     if best["status"] != OK:
         why = "violates constraints" if best["status"] == INFEASIBLE else f"failed: {best['status']}"

@@ -19,7 +19,7 @@ from linkages.engines.drake.plant import visuals
 from linkages.show.plots.animation.bounds import bounds
 from linkages.show.plots.animation.joint_views import guide_frames, journal_frames
 from linkages.show.plots.animation.magnified import strongest
-from linkages.show.plots.animation.recording import add_captions, frames, write_animation
+from linkages.show.plots.animation.recording import add_captions, frames, write_recording
 from linkages.show.plots.animation.surroundings import Surroundings
 from linkages.show.plots.histories import forces_figure
 from linkages.show.plots.journals import guides_figure
@@ -46,10 +46,10 @@ def dry(tmp_path_factory):
 AFTER = """
 import gc, sys, threading, linkages
 from pathlib import Path
-from linkages.show.plots.animation.recording import write_animation
+from linkages.show.plots.animation.recording import write_recording
 gc.disable()
 system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.02})
-write_animation(linkages.assess(system, "compiled", error_estimate=False), Path(sys.argv[1]))
+write_recording(linkages.assess(system, "compiled", error_estimate=False), Path(sys.argv[1]))
 collecting = threading.Thread(target=gc.collect)
 collecting.start()
 collecting.join()
@@ -92,7 +92,7 @@ def test_where_the_ideal_linkage_does_not_close_the_recorded_motion_is_drawn(dry
     assert len(times) > 100
     np.testing.assert_allclose(recorded, drawn, atol=1e-4)  # rad, between steps of 20 us
     with pytest.raises(ValueError, match="does not close with its clearance exaggerated 5 times"):
-        write_animation(dry, tmp_path / "animation.html", 5.0)
+        write_recording(dry, tmp_path / "animation.html", 5.0)
 
 
 def test_a_contact_that_is_shorter_than_a_frame_is_shown(dry):
@@ -190,7 +190,7 @@ def test_a_block_in_its_slot_is_drawn_where_its_corners_are(machine, tmp_path):
 
 
 def test_every_frame_has_its_captions(dry, tmp_path):
-    write_animation(dry, tmp_path / "animation.html")
+    write_recording(dry, tmp_path / "animation.html")
     page = (tmp_path / "animation.html").read_text()
     data = json.loads(re.search(r"const data = (\{.*\});", page)[1])
     label, *names, scale = data["labels"]
@@ -316,5 +316,5 @@ def test_links_that_bend_are_drawn_bent_so_that_it_is_seen(tmp_path):
     np.testing.assert_allclose(drawn[:, tree.hinge_dofs], factor * shown.coordinates(recorded)[:, tree.hinge_dofs])
     np.testing.assert_allclose(drawn[:, 0], 150.0 * times, atol=1e-12)
     assert max(np.abs(tree.gaps(q)).max() for q in drawn[::40]) < 1e-9
-    write_animation(found, tmp_path / "animation.html")
+    write_recording(found, tmp_path / "animation.html")
     assert "Deflections of links are magnified 10 times." in (tmp_path / "animation.html").read_text()

@@ -215,7 +215,5 @@ class DataTable(Table):
             self._recording = read_recording(info.context / self.file)
             self._recording.column(self.time, "s", self.time_unit)
             for name in self.columns:
-                if name not in self._recording.columns:
-                    known = nearest(name, self._recording.columns)
-                    raise ValueError(f'{self._recording.path.name} has no column "{name}"; {known}')
+                self._recording.named(name)
         return self

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from linkages.base.errors import AssemblyError, InputError, RunError
+from linkages.base.packages import needed
 from linkages.base.palette import css, repainted
 from linkages.input.files.versions import versions
 from linkages.input.model.experiment import ARGUMENT
@@ -239,12 +240,7 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
     >>> page = linkages.play(system, {"joints.A.clearance": (5e-5, 5e-4)})  # doctest: +SKIP
     """
-    try:
-        import anywidget
-    except ImportError:
-        problem = 'needs the package anywidget: pip install "linkages[play]"; in a browser: linkages play FILE.toml'
-        raise InputError("play", "", problem) from None
-
+    anywidget = needed("anywidget", "play")
     answers = Answers(Session(system), controls(system, vary), Path(folder))
 
     class Page(anywidget.AnyWidget):

@@ -14,7 +14,7 @@
 | swept              | peaks over one variable in small panels, over two as maps with contours              |
 | bearings           | chart and pressure of a film; worn profiles; clearance, forces, jitter over cycles   |
 | drawing            | a mechanism before a run: a labelled, movable picture                                |
-| animation          | a run as a Meshcat recording, its clearance joints magnified                         |
+| animation          | a run as an animation, its clearance joints magnified                                |
 | three_rrr          | the flexible 3-RRR robot                                                             |
 """
 

@@ -40,8 +40,8 @@ _LENGTH = 8.0  # duration of every animation [s]
 Views = list[JournalView | GuideView]
 
 
-def write_animation(assessment: Assessment, path: Path, exaggerate: float | None = None) -> None:
-    """Write the run as an animation, an HTML file.
+def write_recording(assessment: Assessment, path: Path, exaggerate: float | None = None) -> None:
+    """Write the run as a Meshcat recording, an HTML file.
 
     `exaggerate` is a factor on the journals' eccentricities and on the deflections of flexible links; default: true
     eccentricities, and deflections magnified until visible. The linkage is assembled again at each frame with its drive
@@ -127,7 +127,7 @@ def frames(
 ) -> tuple[Array, Array, float]:
     """Compute times (n,) [s], tree coordinates (n, nq) of the frames, and the factor on deflections.
 
-    Parameters as `write_animation`; `shown` is the system of the coordinates, with rigid segments if flexible.
+    Parameters as `write_recording`; `shown` is the system of the coordinates, with rigid segments if flexible.
     """
     shown, run, clearances = shown or assessment.system, assessment.run, 1.0 if exaggerate is None else exaggerate
     start, end = run.time[[0, -1]]

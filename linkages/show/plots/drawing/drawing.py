@@ -31,14 +31,15 @@ _SHOWN = 181  # number of poses of a slider
 
 @dataclass(frozen=True)
 class Slider:
-    """The range of motion of a drive, as a slider."""
+    """A motion as a slider: the range of a drive, or a run."""
 
-    name: str  # joint
-    unit: str  # of `values`: deg or mm
+    name: str  # joint, or time
+    unit: str  # of `values`: deg or mm, or s
     values: Array  # (n,)
     poses: Array  # (n, nb, 3) position [m] and angle [rad] of each body
     first: int  # index of the start
     sense: float  # initial sense of the playback: 1 or -1
+    digits: int = 1  # decimals of the shown value
 
 
 @dataclass(frozen=True)

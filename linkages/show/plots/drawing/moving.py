@@ -10,11 +10,11 @@ from matplotlib import animation as animations
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
-from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.input.model.mechanism import Link
-from linkages.results.trajectory import Trajectory, values_at
+from linkages.results.trajectory import Trajectory
 from linkages.show.plots.drawing.drawing import Drawing
+from linkages.show.plots.drawing.poses import body_poses
 from linkages.show.plots.drawing.raster import picture, put_shapes
 
 _RATE = 25  # frames per second: a GIF counts hundredths of a second
@@ -60,20 +60,3 @@ def write_moving(
         images.append(pixels.quantize(_COLOURS, palette=images[0] if images else None, dither=Image.Dither.NONE))
     images[0].save(path, format="GIF", save_all=True, append_images=images[1:], duration=1000 // _RATE, loop=0)
     return len(times)
-
-
-def body_poses(drawing: Drawing, links: Mapping[str, Link], run: Trajectory, times: Array) -> Array:
-    """Compute the poses (nt, nb, 3: x, y [m], angle [rad]) of the drawing's bodies from the links of a run at times."""
-    at = values_at(run, times)
-    poses = np.tile(drawing.reference, (len(times), 1, 1))
-    for body, name in drawing.links_of.items():
-        if f"{name}.angle" not in at:  # the ground
-            continue
-        link = links[name]
-        angle = at[f"{name}.angle"] - link.angle
-        x, y = link.origin - drawing.reference[body, :2]
-        cosine, sine = np.cos(angle), np.sin(angle)
-        poses[:, body, 0] = at[f"{name}.x"] - (cosine * x - sine * y)
-        poses[:, body, 1] = at[f"{name}.y"] - (sine * x + cosine * y)
-        poses[:, body, 2] = angle
-    return poses

@@ -93,14 +93,14 @@ def notes(drawing: Drawing) -> list[tuple[str, str]]:
     return [(line, color) for text, color in said for line in wrap(text, _WORDS, subsequent_indent="\u2003")]
 
 
-def page(drawing: Drawing) -> str:
-    """Write the page."""
+def page(drawing: Drawing, moves: str = "Joints are ideal here.") -> str:
+    """Write the page; `moves` says how the mechanism moves on it."""
     sliders = [
         asdict(slider)
         | {
-            "values": slider.values.round(2).tolist(),
+            "values": slider.values.round(slider.digits + 1).tolist(),
             "poses": [[[float(f"{v:.6g}") for v in row] for row in pose] for pose in slider.poses],
-            "full": bool(np.ptp(slider.values) > 359.9 and slider.unit == "deg"),
+            "full": slider.unit == "s" or bool(np.ptp(slider.values) > 359.9 and slider.unit == "deg"),
         }
         for slider in drawing.sliders
     ]
@@ -108,6 +108,7 @@ def page(drawing: Drawing) -> str:
     return filled(
         own_text("linkages.show.plots.drawing", "page.html"),
         drawing=drawing,
+        moves=moves,
         asked=[text for text in (drawing.problem, *drawing.doubts) if text],
         picture=svg(drawing, said=False),
         data=embedded(data),
