@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from linkages.input.functions.recorded_tables import DataTable
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.recorded_tables import DataTable
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,14 @@ from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
 from linkages.elements.machine import elements_of
+from linkages.input.functions.definitions import Quantity
+from linkages.input.functions.recorded_tables import FromFile
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import FILM_ACCURACY, FilmHistory, JointModel
-from linkages.input.model.functions import Quantity
 from linkages.input.model.mechanism import Frame, Link, Mechanism
-from linkages.input.model.recorded_tables import FromFile
 from linkages.input.model.skeleton import colors_of
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
