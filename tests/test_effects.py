@@ -200,6 +200,32 @@ def test_studies_and_identification_refuse_it_too(reader, text, tmp_path):
         reader(tmp_path / "mine.toml")
 
 
+CALLS = {
+    "a batch": lambda system: linkages.simulate_batch(system, [FRAME], [[0.04], [0.06]]),
+    "a batch of one run": lambda system: linkages.simulate_batch(system, [FRAME], [[0.05]]),
+    "derivatives of a batch": lambda system: linkages.simulate_batch(system, wrt=[FRAME]),
+    "derivatives of a run": lambda system: linkages.simulate(system, outputs=["slider.ax"], wrt=[FRAME]),
+    "a direction": lambda system: linkages.simulate(system, wrt=[linkages.Direction("r", 0.05, {FRAME: 1.0})]),
+    "sensitivities": lambda system: linkages.sensitivities(system, [FRAME], ["slider.ax"]),
+    "a sweep": lambda system: linkages.sweep(system, FRAME, [0.04, 0.06], ["slider.ax"], 1),
+    "a grid": lambda system: linkages.sweep_grid(
+        system, "drives.O.speed", [10.0, 20.0], FRAME, [0.04, 0.06], ["slider.ax"], 1
+    ),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_functions_refuse_it_as_commands_do(call, tmp_path):
+    system = load(old(tmp_path, DRY))
+    with pytest.raises(InputError, match=REFUSED):
+        CALLS[call](system)
+
+
+def test_a_batch_may_keep_a_value_that_acts(tmp_path):
+    batch = linkages.simulate_batch(load(old(tmp_path), {"duration": 0.01}), [JOINT], [[CRANK]], ["slider.ax"])
+    assert batch.status == [linkages.Status.OK]
+
+
 ALLOWED = {  # other commands read them, they say how a run is made, or they are as before
     "the wear": "joints.B.wear.coefficient=2e-16",
     "a warning's limit": "joints.B.contact.yield_strength=4e8",

@@ -155,6 +155,7 @@ class Status(enum.Enum):
     LOOP_OPEN = "loop-open"
     JOURNAL_LEFT_BEARING = "journal-left-bearing"
     JAMMED = "jammed"
+    FREE_OF_MASS = "free-of-mass"
     STEP_SIZE_COLLAPSE = "step-size-collapse"
     TOO_MANY_STEPS = "too-many-steps"
     NOT_FINITE = "not-finite"
@@ -184,6 +185,8 @@ _REMEDY = {
     ' model = "mixed"',
     Status.JAMMED: "no accelerations satisfy the friction of the joints, which grows with the joint forces (Painleve's"
     " paradox): lower a coefficient of friction, lengthen the slider, or use a dry joint with clearance",
+    Status.FREE_OF_MASS: "a link without mass or moment of inertia can move here while all masses rest, so that its"
+    " acceleration has no value: give its mass and inertia",
     Status.STEP_SIZE_COLLAPSE: "the integrator cannot meet its tolerance: loosen the accuracy, or check the"
     " parameters for values that make the system extremely stiff",
     Status.TOO_MANY_STEPS: "the steps are too short to reach the end: check the units (SI: metres, kilograms, radians"

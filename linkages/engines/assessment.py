@@ -12,6 +12,7 @@ from linkages.engines import DEFAULT, check_engine
 from linkages.engines import engine as load_engine
 from linkages.engines.methods import expect_run
 from linkages.engines.repetition import tightened
+from linkages.input.model.capabilities import Analysis
 from linkages.laws.heat import NEAR
 from linkages.results.assessment import SMOOTHINGS, Assessment
 from linkages.results.derivatives import Wrt
@@ -64,8 +65,8 @@ def simulate(
     Raises
     ------
     InputError
-        If the engine or an output is unknown, a path has no number or no derivative, `outputs` or `wrt` are given for
-        Drake, or Drake or `wrt` does not support a model.
+        If the engine or an output is unknown, a path has no number or no derivative or changes no number of the model,
+        `outputs` or `wrt` are given for Drake, or Drake or `wrt` does not support a model.
     AssemblyError
         If the linkage cannot be assembled at t = 0.
 
@@ -87,6 +88,18 @@ def simulate(
     if engine != DEFAULT:
         what = "wrt" if wrt else "outputs"
         raise InputError("argument", what, "is for the compiled engine alone; leave it out")
+    if wrt:
+        from linkages.engines.compiled.effects import check_differentiated
+
+        system.check_analysis(Analysis.DERIVATIVES)
+        check_differentiated(system, wrt, outputs or ())
+    return differentiated(system, outputs, wrt, progress)
+
+
+def differentiated(
+    system: System, outputs: Names | None, wrt: Wrt = (), progress: TimeReport | None = None
+) -> Trajectory:
+    """Run a system in the compiled engine as `simulate`; derivatives may be with respect to values without effect."""
     from linkages.engines.compiled.simulation import simulate as simulate_compiled
 
     return _with_units(system, simulate_compiled(system, progress, outputs, wrt))

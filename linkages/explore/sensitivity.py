@@ -14,7 +14,7 @@ from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, RunError, Status
 from linkages.engines.assessment import simulate
-from linkages.engines.compiled.batch.batch import simulate_batch
+from linkages.engines.compiled.batch.batch import run_batch
 from linkages.engines.compiled.derivatives.neighbours import magnitude_of
 from linkages.engines.compiled.effects import check_varied, near
 from linkages.engines.repetition import tightened
@@ -180,7 +180,7 @@ def _reach(
         """Make the numbers (m, nk) of runs with values (m, np)."""
         one = finer(system) if tight else system
         done = lambda share: progress(share * system.settings.duration)  # noqa: E731
-        return numbers_of(simulate_batch(one, [*values], table, outputs, [span], progress=done), keys)
+        return numbers_of(run_batch(one, [*values], table, outputs, [span], progress=done), keys)
 
     rates = np.array([[found.derivatives[path][key] for key in keys] for path in values], dtype=float)
     table = reaches(values, rates, np.array([found.scales[key] for key in keys]), numbers)
@@ -214,7 +214,7 @@ def _differences(system: System, path: str, names: Sequence[str], span: tuple[fl
     """Differences of the fourth order of the peaks of runs, by key; NaN where a run fails."""
     value = system.value(path)
     step = _CHECK * magnitude_of(path, value)
-    batch = simulate_batch(system, [path], [[value + k * step] for k in (-2, -1, 1, 2)], names, [span])
+    batch = run_batch(system, [path], [[value + k * step] for k in (-2, -1, 1, 2)], names, [span])
     slopes = np.array([1 / 12, -2 / 3, 2 / 3, -1 / 12]) @ batch.peak[:, 0] / step
     return {f"{name}.peak": float(slope) for name, slope in zip(names, slopes, strict=True)}
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.base.arrays import Records
+from linkages.base.arrays import Array, Records
 from linkages.input.files.toml import leaves, read_toml
 from linkages.input.files.unit_conversion import SLIDING, si_unit
 from linkages.input.model.check import names_first, without_lost_outputs
@@ -25,7 +25,7 @@ from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.feedforward import with_feedforward
-from linkages.system.lightness import check_lightness
+from linkages.system.lightness import check_lightness, first_alone
 from linkages.system.load_records import Packed, pack_loads
 from linkages.system.tree import Tree
 from linkages.system.unassembled import Unassembled
@@ -194,8 +194,22 @@ class System(Unassembled):
         whole = partial(assemble, self.tree, self.experiment, self.motions, self.packed)
         resting = self.experiment.start == "equilibrium" and self.tree.play
         straight = whole(resting_offsets(self, whole)) if resting else whole()
-        check_lightness(self.tree, self.mechanism.with_inertial(self.rotors), straight.q)
+        check_lightness(self.tree, self._given_masses, straight.q)
         return deflected(self, straight) if self.tree.flexible else straight
+
+    @property
+    def has_light_links(self) -> bool:
+        """Check for links without mass or moment of inertia, which may become free of all masses on the way."""
+        return any(link.mass == 0.0 or link.inertia == 0.0 for link in self._given_masses.links)
+
+    def first_alone(self, q: Array) -> int | None:
+        """Return the first of some coordinates (nt, n) at which a link without mass can move alone, None if none is."""
+        return first_alone(self.tree, self._given_masses, q[:, : self.tree.size])
+
+    @cached_property
+    def _given_masses(self) -> Mechanism:
+        """Return the mechanism with the masses of the file, without negligible ones."""
+        return self.mechanism.with_inertial(self.rotors)
 
     @property
     def determinate(self) -> bool:

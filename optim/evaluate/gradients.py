@@ -11,8 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from linkages import Direction, InputError, RunError, Status, Trajectory, simulate
+from linkages import Direction, InputError, RunError, Status, Trajectory
 from linkages.base.arguments import Count, Vector, fitting, validated
+from linkages.engines.assessment import differentiated
 from linkages.engines.threads import in_threads
 from linkages.results.outputs.registry import IDEAL
 from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
@@ -105,7 +106,7 @@ class Gradients:
             for name, x, each in zip(study.names, design, rates, strict=True)
         ]
         try:
-            run = simulate(study.system(design, point), outputs=outputs, wrt=wrt)
+            run = differentiated(study.system(design, point), outputs, wrt)
         except (InputError, RunError):
             return {}
         return _functionals(run, point.windows, list(self._terms)) if run.status is Status.OK else {}

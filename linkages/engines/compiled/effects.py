@@ -21,6 +21,7 @@ from linkages.base.kernel.block import Contents, contents
 from linkages.engines.compiled.run.job import make_given
 from linkages.input.model.mechanism import Frame, Link
 from linkages.mechanics.planar.kinematics import poses_at
+from linkages.results.derivatives import Direction
 from linkages.results.outputs.registry import pack
 from linkages.system import System
 from linkages.system.identity import input_tables
@@ -62,12 +63,14 @@ def varied(system: System, path: str, values: Sequence[float], outputs: Sequence
     path : str
         Dotted path, see `linkages.System.replaced`.
     values : sequence of float
-        Values to compare with each other; of one alone, with the system's.
+        Values to compare with each other; one alone is compared with the system's, or one near it if it is that.
     outputs : sequence of str
         Requested outputs, in addition to the experiment's.
     """
     if path.partition(".")[0] in _SETTINGS:
         return ""
+    if len(set(values)) == 1 and _numbers_at(system, path) == values[0]:
+        values = near(system, path)
     found = [system] if len(set(values)) == 1 else []
     try:
         found += [system.replaced({path: float(value)}) for value in values]
@@ -88,6 +91,15 @@ def check_varied(
     """Refuse to vary a path whose values change nothing in a run: InputError with the path that does, see `varied`."""
     if problem := varied(system, path, values, outputs):
         raise InputError(origin, path, problem)
+
+
+def check_differentiated(system: System, wrt: Sequence[str | Direction], outputs: Sequence[str]) -> None:
+    """Refuse derivatives with respect to a value, or values that follow one, that change nothing in a run."""
+    for one in wrt:
+        paths = [one] if isinstance(one, str) else [*one.rates]
+        said = [varied(system, path, near(system, path), outputs) for path in paths]
+        if said and all(said):
+            raise InputError("argument", "wrt", f"{paths[0]} {said[0]}")
 
 
 def near(system: System, path: str) -> list[float]:

@@ -16,12 +16,14 @@ from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.engines.methods import method
 from linkages.input.model.capabilities import Analysis
-from linkages.mechanics.integrate.driver import PAUSED
+from linkages.mechanics.integrate.driver import PAUSED, Record
 from linkages.results.derivatives import Direction
 from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Loops, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
+
+_FEW = 200  # steps between checks of links without mass
 
 
 def simulate(
@@ -41,6 +43,9 @@ def simulate(
     runner = Runner(system, stop=getattr(progress, "stop", None))
     t, y, step, status = 0.0, runner.start, 0.0, Status.OK
     parts, budget, window = [], Budget(system), min(WINDOW, most(system))
+    if system.has_light_links:
+        window = min(window, _FEW)
+    until = np.inf
     try:
         while True:
             with deferred():  # keeps the steps up to a signal
@@ -50,6 +55,9 @@ def simulate(
             y, step = part.states[-1], part.next_step
             if progress is not None:
                 progress(t)
+            if system.has_light_links and (k := _first_alone(runner, part)) is not None:
+                status, until = Status.FREE_OF_MASS, float(part.times[k])
+                break
             if part.status != PAUSED:
                 status = STATUS[part.status]
                 break
@@ -69,7 +77,7 @@ def simulate(
     }
     steps = join(parts)
     parts.clear()  # their memory is free for the columns
-    status, end = cause(status, system, float(steps.times[-1]))
+    status, end = cause(status, system, min(float(steps.times[-1]), until))
     provenance["wall_time"] = clock.perf_counter() - started
     loops = Loops(system.tree, system.tree.loop_rows)
     if outputs is not None and len(loops.rows):
@@ -82,6 +90,12 @@ def simulate(
     from linkages.engines.compiled.derivatives.sensitivity import Differentiation
 
     return replace(run, sensitivity=Differentiation(runner, steps, wrt).derivatives(run.time, outputs))
+
+
+def _first_alone(runner: Runner, part: Record) -> int | None:
+    """Return the first step at which a link without mass can move alone, None if there is none."""
+    steps = join([part])
+    return runner.system.first_alone(runner.evaluate(steps, steps.times)[0])
 
 
 def longest_step(system: System) -> float | None:

@@ -86,7 +86,7 @@ class _Watch:
         self.times: list[float] = []
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
-        self._reach = linkage.system.reach
+        self._reach, self._is_light = linkage.system.reach, linkage.system.has_light_links
 
     def samples(self) -> Iterator[float]:
         """Yield the times at which the run pauses; sampled states get their next values there."""
@@ -124,6 +124,8 @@ class _Watch:
         if self.progress is not None:
             self.progress(time)
         linkage = self.linkage
+        if self._is_light and linkage.system.first_alone(state[linkage.place.positions][None]) is not None:
+            return self.steps.end(Status.FREE_OF_MASS)
         if self.budget.spent(time):
             return self.steps.end(Status.TOO_MANY_STEPS)
         if linkage.clearance is not None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
-from linkages.engines.compiled.batch.batch import Batch, simulate_batch
+from linkages.engines.compiled.batch.batch import Batch, run_batch
 from linkages.engines.compiled.effects import check_varied, near, varied
 from linkages.explore.prediction import STATED, WHY, extent, finer, numbers_of, reaches
 from linkages.input.model.experiment import ARGUMENT
@@ -66,7 +66,7 @@ class Around:
                 columns |= {f"{path.rpartition('.')[0]}.offset.{k}": ratio * x for k, x in enumerate(joint.offset)}
         rows = np.array([*columns.values()]).T if columns else None
         window, outputs = [[self.start, self.end]], outputs_of(self.system)
-        return simulate_batch(self.system, list(columns), rows, outputs, window, progress=progress, **options)
+        return run_batch(self.system, list(columns), rows, outputs, window, progress=progress, **options)
 
 
 def outputs_of(system: System) -> list[str]:
