@@ -27,9 +27,9 @@ _LOOKS = 7  # attempts to find the period of a formula, each over twice the dura
 class Flow:
     """A run that can be paused, continued, and moved to another state.
 
-    It has reached the time `t` [s] and the state `y` (ny,): positions and rates of the free coordinates, then bristles,
-    see `linkages.engines.compiled.run.model`. `scale` (ny,) is the error scale of each entry; the status is OK as long
-    as the run can continue. AssemblyError or InputError as `System.assembly`.
+    It has reached the time `t` [s] and the state `y` (ny,): positions and rates of the free coordinates, then other
+    states, see `linkages.engines.compiled.run.model`. `scale` (ny,) is the error scale of each entry; the status is OK
+    as long as the run can continue. AssemblyError or InputError as `System.assembly`.
     """
 
     def __init__(self, system: System) -> None:

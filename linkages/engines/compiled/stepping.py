@@ -35,7 +35,7 @@ class StepperState:
     time : float
         Time [s].
     state : (ny,) array
-        Free coordinates, their rates, bristles of contacts.
+        Free coordinates, their rates, states of laws and of the experiment.
     memory, modes, sides : arrays
         Memory of the contacts.
     values : mapping

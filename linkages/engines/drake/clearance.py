@@ -25,11 +25,11 @@ from linkages.engines.drake.joint_forces import Rooms, joint_forces, move_films,
 from linkages.engines.drake.plant import StatePlace
 from linkages.mechanics.planar.contacts import (
     APPROACH,
-    BRISTLE,
-    BRISTLE_RATE,
     CLEARANCE_OUTPUTS,
     CLOSING,
+    FIRST_STATE,
     PENETRATION,
+    RATES,
     WIDTH,
     approach_at_start,
     fill_landing,
@@ -51,7 +51,6 @@ JOINT_OUTPUTS = {
     "closing": "rate of the penetration [m/s]",
     "sliding": "sliding speed of the journal's surface [m/s]",
     "load": "normal load of the contact, without the film force [N]",
-    "bristle_rate": "rate of LuGre's bristles [m/s]",
     "eccentricity_ratio": "length of the eccentricity vector over the radial clearance [1]",
     "attitude": "angle of the eccentricity vector [rad]",
 }
@@ -65,7 +64,7 @@ class ClearanceJoints(LeafSystem):
     - ``state``: input, (nx,).
       State [q; v] of the plant.
     - ``evaluation``: output, (nv + WIDTH nc,).
-      Generalised forces, then `CLEARANCE_OUTPUTS` and two zeros of each contact (a journal has one, a guide four): for
+      Generalised forces, then `CLEARANCE_OUTPUTS` and others of each contact (a journal has one, a guide four): for
       `Drives`, a callback cheaper than `generalized_force`.
     - ``generalized_force``: output, (nv,).
       For the plant's applied generalised forces [N m, N].
@@ -81,8 +80,8 @@ class ClearanceJoints(LeafSystem):
     event, so that no integration step crosses it. Between contacts the approach speed is infinite: a trial step across
     a start then evaluates the law without damping; any other approach speed could make the damping arbitrarily large.
     `begin` latches the speeds of contacts that start with the run, because no witness function changes its sign there.
-    LuGre friction: the bristles are continuous state. Films that remember: their content is discrete state too, which
-    an event at the start of each step moves to its time; `limit_step` is told how long this step may be.
+    States of laws are continuous state. Films that remember: their content is discrete state too, which an event at the
+    start of each step moves to its time; `limit_step` is told how long this step may be.
 
     Parameters
     ----------
@@ -111,7 +110,7 @@ class ClearanceJoints(LeafSystem):
         self._landing = np.zeros(len(laws))
         fill_landing(laws, tree.extent, self._landing)
         self._size, self._beside = num_velocities, len(tree.contacts)
-        self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
+        self._touching, self._law_states = np.flatnonzero(system.touching), system.law_states.places
         self._memory = make_memory(system.ends, system.tables)
         self._memory[:, APPROACH] = np.inf  # no contact yet, hence no damping
         state, forces = np.empty(place.num_states), np.empty(num_velocities + WIDTH * len(laws))
@@ -121,8 +120,8 @@ class ClearanceJoints(LeafSystem):
         if len(self._touching) or has_films(self._memory):
             self.DeclareDiscreteState(self._memory.ravel())
             needs.add(self.xd_ticket())
-        if len(self._bristles):
-            self.DeclareContinuousState(len(self._bristles))
+        if len(self._law_states):
+            self.DeclareContinuousState(BasicVector(system.law_states.starts))
             needs.add(self.xc_ticket())
         self.replaying = False
         self.limit_step: Callable[[float], None] = lambda longest: None
@@ -144,7 +143,7 @@ class ClearanceJoints(LeafSystem):
         return self._joints
 
     def evaluate(self, context: Context) -> Array:
-        """Compute ``CLEARANCE_OUTPUTS`` of each contact, and two zeros, (nc, WIDTH)."""
+        """Compute ``CLEARANCE_OUTPUTS`` and others of each contact, (nc, WIDTH)."""
         joints: Array = self._evaluation.Eval(context)[self._size :].reshape(-1, WIDTH)
         return joints
 
@@ -199,8 +198,9 @@ class ClearanceJoints(LeafSystem):
         if not context.num_discrete_state_groups():
             return self._memory
         memory: Array = context.get_discrete_state(0).get_value().reshape(self._memory.shape).copy()
-        if len(self._bristles):
-            memory[self._bristles, BRISTLE] = context.get_continuous_state_vector().CopyToVector()
+        if len(self._law_states):
+            contact, place = self._law_states.T
+            memory[contact, FIRST_STATE + place] = context.get_continuous_state_vector().CopyToVector()
         return memory
 
     # -- outputs -----------------------------------------------------------------------------------
@@ -222,9 +222,10 @@ class ClearanceJoints(LeafSystem):
         output.SetFromVector(np.column_stack([joints[:, : len(CLEARANCE_OUTPUTS)], *extra]).ravel())
 
 
-class BristledJoints(ClearanceJoints):
-    """Clearance joints with bristles: a separate class, as Drake evaluates declared derivatives slowly."""
+class JointsWithStates(ClearanceJoints):
+    """Clearance joints whose laws have states: a separate class, as Drake evaluates declared derivatives slowly."""
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # noqa: N802
-        """Compute the rates of LuGre's bristles."""
-        derivatives.SetFromVector(self.evaluate(context)[self._bristles, BRISTLE_RATE])
+        """Compute the rates of the states of laws."""
+        contact, place = self._law_states.T
+        derivatives.SetFromVector(self.evaluate(context)[contact, RATES + place])

@@ -67,7 +67,7 @@ def _enter(place: Placed, work: Workspace, state: Array) -> None:
 def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, result: Array) -> None:
     """Compute the generalised forces of all clearance joints at a state (nx,) of the plant.
 
-    Uses `work` up. ``memory`` (nc, 2) begins at `linkages.mechanics.planar.contacts.APPROACH`. ``result`` (size + WIDTH
+    Uses `work` up. ``memory`` is the one of `linkages.mechanics.planar.contacts.make_memory`. ``result`` (size + WIDTH
     nc,) is filled with generalised forces, then `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS` of each contact.
     """
     model, bodies = place.model, place.model.bodies

@@ -25,22 +25,14 @@ from linkages.engines.compiled.run.equations import derivatives
 from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.model import Equations
 from linkages.laws.contact.contact_forces import GRAZING
+from linkages.laws.states import remembered_of
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.planar.arrays import loads_of
-from linkages.mechanics.planar.contact_partials import (
-    BRISTLE_RATE,
-    CLOSES,
-    DELTA,
-    DEPTH_FROM,
-    DEPTH_TO,
-    LEAST,
-    OUTPUTS,
-    deeper,
-)
+from linkages.mechanics.planar.contact_partials import CLOSES, DELTA, DEPTH_FROM, DEPTH_TO, LEAST, OUTPUTS, deeper
 from linkages.mechanics.planar.contacts import (
     APPROACH,
-    BRISTLE,
     CLOSING,
+    FIRST_RATE,
     PENETRATION,
     add_contact,
     contact_action,
@@ -56,7 +48,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
     A new contact remembers the approach speed at its start. Where its force, and the friction in joints with it, or the
-    rate of its bristles jumps, the columns jump by the difference of the derivatives times the change of the time.
+    rate of its states jumps, the columns jump by the difference of the derivatives times the change of the time.
     Returns False where a contact begins without speed: its existence then depends on the values.
     """
     equations, v, n, m = run.equations, run.variation, len(y), c.before.shape[1]
@@ -117,10 +109,12 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         add_efforts(v.model, v.work.friction.efforts, w)
         generalised_force(v.model.bodies, w.pose, w.wrench, w.tau)
         fill_solved(equations, w.tau, v.work.rows, first, last, forcing)
-        for i in range(len(equations.model.bristles)):
-            if equations.model.bristles[i] == k:
+        states = equations.model.law_states
+        for i in range(len(states)):
+            if states[i, 0] == k:
                 for j in range(first, last):
-                    forcing[len(equations.model.free) + i, j] = slope(push[BRISTLE_RATE], j - first)
+                    rate = push[FIRST_RATE + states[i, 1]]
+                    forcing[len(equations.model.free) + i, j] = slope(rate, j - first)
     for j in range(m):
         for row in range(len(c.own)):
             c.own[row] = forcing[row, j]
@@ -171,6 +165,6 @@ def _set_jump(equations: Equations, k: int, out: Array) -> None:
     depth = math.copysign(max(abs(beyond), LEAST * law.clearance), beyond)
     for place, weight in ((1.0, 2.0), (2.0, -1.0), (-1.0, -2.0), (-2.0, 1.0)):
         moved = deeper(end, motion, place * depth - beyond)
-        found = contact_action(end, law, table, own[APPROACH], own[BRISTLE], moved)
+        found = contact_action(end, law, table, remembered_of(own), moved)
         for i in range(OUTPUTS):
             out[i] += weight * found[i]

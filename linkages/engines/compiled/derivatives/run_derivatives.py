@@ -136,7 +136,7 @@ def _set_changes(run: Run, t: float, y: Array, is_linear: bool, c: Column, at: i
             for i in range(n):
                 da[model.free[i], p + j - first] = c.rates[i, j]
             for k in range(len(model.states)):
-                da[len(da) - len(model.states) + k, p + j - first] = c.rates[n + len(model.bristles) + k, j]
+                da[len(da) - len(model.states) + k, p + j - first] = c.rates[n + len(model.law_states) + k, j]
         for k in range(len(model.ends)):
             for i in range(out.contacts.shape[2]):
                 put_slopes(out.contacts[at, k], i, p, v.work.contacts[k, i])
