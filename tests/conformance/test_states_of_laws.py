@@ -1,6 +1,7 @@
 """Contact and friction laws with states of their own, registered in a script, against independent integrations."""
 
 import math
+import re
 from functools import cache
 
 import numpy as np
@@ -9,7 +10,7 @@ from engines import slow_on_drake
 from machines import joint, model, solid
 from scipy.integrate import solve_ivp
 
-from linkages import laws, load, simulate, simulate_batch
+from linkages import InputError, extremes, laws, load, simulate, simulate_batch
 from linkages.engines.compiled.stepping import Stepper
 from linkages.laws import Parameter, State
 
@@ -49,11 +50,13 @@ joint = "slide"
 side = "upper"
 limit = {GAP}
 [stops.wall.contact]
-law = "my maxwell"
-hertz = {HERTZ}
-branch = {BRANCH}
-damper = {DAMPER}
 """
+#: The law of a script, and the one of the package, with the same numbers.
+LAWS = {
+    "script": f"law = 'my maxwell'\nhertz = {HERTZ}\nbranch = {BRANCH}\ndamper = {DAMPER}\n",
+    "package": f"law = 'maxwell'\nstiffness = {HERTZ}\nbranch_stiffness = {BRANCH}\nrelaxation = {DAMPER / BRANCH}\n",
+}
+OWNERS = pytest.mark.parametrize("owner", LAWS)
 TIMES = np.array([0.001, 0.004, 0.008, 0.012, 0.016, 0.03])  # before, within, and after the impact
 
 
@@ -81,41 +84,53 @@ def check(columns, right):
     np.testing.assert_allclose(found / scale[:, None], right / scale[:, None], atol=2e-6)
 
 
+@pytest.fixture
+def system_with(experiment_file):
+    return lambda owner: load(experiment_file(BLOCK, TOML + LAWS[owner] + EXACT))
+
+
 @slow_on_drake
-def test_a_maxwell_contact_of_a_script_is_its_three_equations(experiment_file, engine):
-    run = simulate(load(experiment_file(BLOCK, TOML + EXACT)), engine)
+@OWNERS
+def test_a_maxwell_contact_is_its_three_equations(system_with, owner, engine):
+    run = simulate(system_with(owner), engine)
     right = expected()
     assert -right[1, -1] / SPEED < 0.9  # the damper has an effect
     check(run.evaluate(TIMES), right)
 
 
-def test_a_batch_of_a_law_with_a_state_equals_single_runs_in_every_bit(experiment_file):
-    system = load(experiment_file(BLOCK, TOML + EXACT))
-    path, values = "stops.wall.contact.damper", [150.0, 300.0, 600.0]
+@pytest.mark.parametrize(
+    ("owner", "key", "values"),
+    [("script", "damper", [3.0, 300.0, 60000.0]), ("package", "relaxation", [1e-5, 1.5e-3, 0.3])],
+)
+def test_a_batch_of_a_law_with_a_state_equals_single_runs_in_every_bit(system_with, owner, key, values):
+    system, path = system_with(owner).replaced({"solver.accuracy": 1e-6}), f"stops.wall.contact.{key}"
     batch = simulate_batch(system, [path], [[value] for value in values], ["wall.force"])
-    for k, value in enumerate(values):
-        run = simulate(system.replaced({path: value}), "compiled")
-        alone = simulate_batch(system.replaced({path: value}), [path], [[value]], ["wall.force"])
-        assert batch.peak[k, 0, 0] == alone.peak[0, 0, 0]
-        assert batch.peak[k, 0, 0] == pytest.approx(run["wall.force"].max(), rel=1e-4)
+    single = [extremes(simulate(system.replaced({path: value}), "compiled"), ["wall.force"]) for value in values]
+    np.testing.assert_array_equal(batch.peak[:, 0, 0], [each["wall.force"].peak for each in single])
 
 
-@pytest.mark.parametrize("name", ["branch", "damper"])
-def test_the_derivatives_of_a_law_with_a_state_are_those_of_its_equations(experiment_file, name):
-    system = load(experiment_file(BLOCK, TOML + EXACT))
-    path = f"stops.wall.contact.{name}"
-    run = simulate(system, "compiled", wrt=[path])
-    found = run.sensitivity.evaluate(TIMES)[path]
-    value = {"branch": BRANCH, "damper": DAMPER}[name]
-    step = 1e-3 * value
-    near = [expected(**{name: value + k * step}) for k in (-2, -1, 1, 2)]
-    right = ((near[0] - near[3]) / 12.0 + (near[2] - near[1]) * 2.0 / 3.0) / step
+#: Keys of the laws by owner, and the arguments of `expected` for a share of their values.
+KEYS = {
+    ("script", "branch"): lambda share: {"branch": share * BRANCH},
+    ("script", "damper"): lambda share: {"damper": share * DAMPER},
+    ("package", "branch_stiffness"): lambda share: {"branch": share * BRANCH, "damper": share * DAMPER},
+    ("package", "relaxation"): lambda share: {"damper": share * DAMPER},
+}
+
+
+@pytest.mark.parametrize(("owner", "key"), KEYS)
+def test_the_derivatives_of_a_law_with_a_state_are_those_of_its_equations(system_with, owner, key):
+    system, path, step = system_with(owner), f"stops.wall.contact.{key}", 1e-3
+    found = simulate(system, "compiled", wrt=[path]).sensitivity.evaluate(TIMES)[path]
+    near = [expected(**KEYS[owner, key](1.0 + k * step)) for k in (-2, -1, 1, 2)]
+    right = ((near[0] - near[3]) / 12.0 + (near[2] - near[1]) * 2.0 / 3.0) / (step * system.value(path))
     for row, output in enumerate(("block.x", "block.vx", "wall.force")):
         np.testing.assert_allclose(found[output], right[row], atol=2e-5 * np.abs(right[row]).max(), err_msg=output)
 
 
-def test_a_run_that_is_stopped_within_a_contact_with_a_state_goes_on_as_if_it_were_not(experiment_file):
-    system = load(experiment_file(BLOCK, TOML + EXACT))
+@OWNERS
+def test_a_run_that_is_stopped_within_a_contact_with_a_state_goes_on_as_if_it_were_not(system_with, owner):
+    system = system_with(owner)
     whole, first = Stepper(system), Stepper(system)
     whole.step(TIMES[2])
     saved = whole.state()
@@ -123,6 +138,17 @@ def test_a_run_that_is_stopped_within_a_contact_with_a_state_goes_on_as_if_it_we
     first.restore(saved)
     first.step(TIMES[4])
     np.testing.assert_array_equal(first.state().state, whole.state().state)
+    assert saved.state[-1] > 1e-4  # the damper is long
+
+
+def test_the_laws_of_a_contact_have_room_for_three_states(experiment_file):
+    states = [State(name, "m", 1e-6) for name in "abc"]
+    laws.register_friction("three", lambda v, a, b, c, joint: (0.1 * v, v - a, v - b, v - c), states=states)
+    text = TOML.replace("stops.wall", "contacts.foot") + LAWS["package"] + "[contacts.foot.friction]\nlaw = 'three'\n"
+    place = "point = 'block'\nanchor = [0.0, 0.0]\n"
+    text = re.sub(r"joint = .*\nside = .*\nlimit = .*\n", place, text).replace("wall.force", "foot.force")
+    with pytest.raises(InputError, match="maxwell has 1 states and three 3; the laws of a contact can have 3"):
+        load(experiment_file(BLOCK, text + "coefficient = 0.1\n"))
 
 
 PULLED = model(

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, check_history
-from linkages.input.model.experiment_tables import ContactTable, FrictionTable
+from linkages.input.model.experiment_tables import ContactTable, FrictionTable, check_states
 from linkages.input.model.functions import TIME, formula, over_time, program
 from linkages.input.model.recorded_tables import FromFile
 from linkages.mechanics.planar import motion
@@ -45,6 +45,7 @@ class Backlash(Table):
             raise ValueError("give either play, or normal with radius")
         if (self.friction is None) != (self.arm is None):
             raise ValueError("friction and arm, the distance from the pitch point, belong together")
+        check_states(self.contact, self.friction)
         if abs(self.start) > 0.5 * self.width:
             raise ValueError(f"start is {self.start:g}; it must be within half the play, {0.5 * self.width:g}")
 

@@ -95,6 +95,15 @@ class FrictionTable(LawTable):
         return law.coefficient is not None and bool(self.coefficient or self.static or "coefficient" not in law.needs)
 
 
+def check_states(contact: ContactTable | None, friction: FrictionTable | None) -> None:
+    """Check that a contact has room for the states of its laws."""
+    if contact is not None and friction is not None:
+        counts = len(CONTACTS[contact.law].states), len(FRICTIONS[friction.law].states)
+        if sum(counts) > STATES:
+            found = f"{contact.law} has {counts[0]} states and {friction.law} {counts[1]}"
+            raise ValueError(f"{found}; the laws of a contact can have {STATES}")
+
+
 class Mixed(Table):
     """Transition between film and contact, for mixed joints."""
 
@@ -311,17 +320,10 @@ class JointModel(LawTable):
         if self.wear is not None and self.model == "lubricated":
             raise ValueError("wear needs a contact; make the model dry or mixed")
         asperities = self.mixed is not None and self.mixed.law == "greenwood-tripp"
-        self._check_states()
+        if self.can_touch:
+            check_states(self.contact, self.friction)
         if self.model == "mixed" and asperities and self.contact and self.contact.youngs_modulus is None:
             raise ValueError("greenwood-tripp needs the contact's youngs_modulus")
-
-    def _check_states(self) -> None:
-        """Check that a contact has room for the states of its laws."""
-        if self.can_touch and self.contact is not None and self.friction is not None:
-            counts = len(CONTACTS[self.contact.law].states), len(FRICTIONS[self.friction.law].states)
-            if sum(counts) > STATES:
-                found = f"{self.contact.law} has {counts[0]} states and {self.friction.law} {counts[1]}"
-                raise ValueError(f"{found}; the laws of a contact can have {STATES}")
 
     def _check_groove(self) -> None:
         if not self.has_film:

@@ -9,7 +9,7 @@ from pydantic import Field
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
 from linkages.input.model.drive_tables import Backlash
-from linkages.input.model.experiment_tables import ContactTable, FrictionTable
+from linkages.input.model.experiment_tables import ContactTable, FrictionTable, check_states
 from linkages.input.model.functions import OF_JOINTS, OF_POINTS, TIME, Definition, check_table, formula
 from linkages.input.model.recorded_tables import FromFile
 
@@ -323,3 +323,4 @@ class LineContact(Table):
             raise ValueError("give either line, a frame, or anchor, a fixed point (with angle)")
         if self.line is not None and self.angle:
             raise ValueError("angle belongs to anchor; the line's frame has its own direction")
+        check_states(self.contact, self.friction)

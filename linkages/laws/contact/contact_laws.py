@@ -105,6 +105,29 @@ EXPONENT = Parameter("exponent", "1", 1.5, "exponent n of power laws", ge=1.0, l
 DAMPING = Parameter("damping", "N s/m", 0.0, "damping D", ge=0.0, source="0: none")
 
 
+MAXWELL = (
+    EXPONENT,
+    Parameter(
+        "branch_stiffness", "N/m", 0.0, "stiffness of a spring in series with a damper", ge=0.0, source="0: none"
+    ),
+    Parameter(
+        "relaxation", "s", 1e-4, "relaxation time, damping over stiffness of the branch", gt=0.0, source="assumed"
+    ),
+)
+
+
+@kernel
+def maxwell(delta: float, ddelta: float, ddelta0: float, creep: float, joint: np.record) -> tuple[float, float]:
+    """K*delta^n beside a spring and a damper in series, K_1*(delta - z), whose damper has the length z.
+
+    A fast impact meets both springs, a slow one the first alone; between them the branch dissipates. Without contact
+    the damper returns to its length. Source: the standard linear solid, Zener, Elasticity and Anelasticity of Metals,
+    1948.
+    """
+    rate = (delta - creep) / joint.relaxation
+    return joint.stiffness * delta**joint.exponent + joint.branch_stiffness * (delta - creep), rate
+
+
 def _damped(chi: str, factor: Callable[[float], float], valid: str, source: str) -> ContactLaw:
     formula = "K delta^n (1 + chi ddelta/ddelta0)"
     return ContactLaw(power_law, formula, valid, source, chi, factor, parameters=(EXPONENT,))
@@ -161,6 +184,11 @@ CONTACTS = {
     "hu-guo": _damped(
         "3(1-e)/(2e)", lambda e: 1.5 * (1.0 - e) / max(e, LEAST_RESTITUTION),
         "any e", "Hu and Guo, Multibody Syst. Dyn. 35, 2015",
+    ),
+    "maxwell": ContactLaw(
+        maxwell, "K delta^n + K_1 (delta - z), dz/dt = (delta - z)/T",
+        "viscoelastic bodies; one state per contact", "Zener, Elasticity and Anelasticity of Metals, 1948",
+        parameters=MAXWELL, needs=("stiffness",), states=(State("creep", "m", 1e-6, "length of the damper"),),
     ),
     "esdu-78035": _conformal(esdu_78035, "delta = F/S (ln(4 S DR/F) + 1), S = pi E' L", "ESDU 78035, 1978"),
     "johnson": _conformal(
