@@ -26,10 +26,12 @@ from linkages.base.kernel import Array, caller, inlined_kernel
 
 #: Most continuous states of one contact.
 STATES = 3
-#: What a contact remembers: its speed of approach [m/s], then its continuous states.
+#: Number of latched states of a contact: its speed of approach [m/s].
+LATCHED = 1
+#: What a contact remembers: latched states, then continuous ones.
 Remembered = tuple[float, float, float, float]
-#: Number of these.
-REMEMBERED = 1 + STATES
+#: Number of these, and place of the first continuous one.
+REMEMBERED, FIRST_STATE = LATCHED + STATES, LATCHED
 #: Rates of a contact without states.
 NO_RATES = (0.0, 0.0, 0.0)
 #: Memory of a contact that has not begun: an infinite speed of approach gives no damping.
@@ -39,7 +41,7 @@ SCALES = tuple(f"scale_{place}" for place in range(STATES))
 
 _F = types.float64
 #: What a law with states returns, compiled: its force or coefficient, and the rates of all states of a contact.
-WITH_RATES = types.UniTuple(_F, REMEMBERED)
+WITH_RATES = types.UniTuple(_F, 1 + STATES)
 #: ``call_with_states(address, (..., state, state, state, joint))`` within kernels.
 call_with_states = caller(WITH_RATES)
 

@@ -234,6 +234,12 @@ def contact_force(delta: float, ddelta: float, ddelta0: float, joint: np.record)
 
 
 @inlined_kernel
+def reference_speed(remembered: Remembered) -> float:
+    """Return the speed at which a contact began, at least `GRAZING` [m/s]; infinite: it has no damping."""
+    return max(remembered[0], GRAZING)
+
+
+@inlined_kernel
 def unlimited_force(
     delta: float, ddelta: float, remembered: Remembered, joint: np.record
 ) -> tuple[float, float, float, float]:
@@ -241,8 +247,8 @@ def unlimited_force(
 
     Arguments and results as of `normal_force`.
     """
-    ddelta0, a, b, c = remembered
-    began = max(ddelta0, GRAZING)
+    _, a, b, c = remembered
+    began = reference_speed(remembered)
     if joint.contact_states:
         return call_with_states(joint.contact, (delta, ddelta, began, a, b, c, joint))
     return _call(joint.contact, (delta, ddelta, began, joint)), 0.0, 0.0, 0.0

@@ -9,12 +9,18 @@ import numpy as np
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import DIRECTIONS, is_known, put_slopes, seeded
-from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.contact.contact_laws import push
+from linkages.laws.contact.contact_laws import push, reference_speed
 from linkages.laws.journal import ContactResults
 from linkages.laws.states import STATES, Remembered, remembered_of
-from linkages.mechanics.planar.contacts import FIRST_RATE, RESULTS, ContactMotion, contact_action, remembered_action
-from linkages.mechanics.planar.record_types import CORNER, JOURNAL, ORIENTED, REMEMBERING, STOP, WORN
+from linkages.mechanics.planar.contacts import (
+    FIRST_RATE,
+    RESULTS,
+    ContactMotion,
+    contact_action,
+    has_cells,
+    remembered_action,
+)
+from linkages.mechanics.planar.record_types import CORNER, JOURNAL, STOP, WORN
 
 #: Inputs: the motion, that is e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles
 #: (2); then the states of the contact.
@@ -117,7 +123,7 @@ def inside(
         Distance of the speeds from the bounds [m/s], in addition to a share of each, above their rounding.
     """
     found = contact_action(end, law, table, remembered, motion)
-    delta, closing, sliding, began = found[DELTA], found[CLOSES], found[SLIDING], max(remembered[0], GRAZING)
+    delta, closing, sliding, began = found[DELTA], found[CLOSES], found[SLIDING], reference_speed(remembered)
     depth = _within(delta, bounds, DEPTH_FROM, 0.0, LEAST * law.clearance)
     slide = _within(sliding, bounds, SLIDING_FROM, _SHARE, _STILL + margin)
     close = closing
@@ -171,7 +177,7 @@ def _shifted(end: np.record, motion: ContactMotion, depth: float, closing: float
 
 @inlined_kernel
 def _is_journal(end: np.record) -> bool:
-    return bool(end.kind == JOURNAL or end.kind == ORIENTED or end.kind == REMEMBERING)
+    return bool(end.kind != CORNER and end.kind != STOP and end.kind != WORN)
 
 
 @inlined_kernel
@@ -213,7 +219,7 @@ def contact_partials(
     They are exact; differences for a law that remembers, and for one of a user that does not compile for dual numbers.
     """
     remembered, held, known = remembered_of(memory), motion, False
-    if end.kind != REMEMBERING:
+    if not has_cells(end):
         if is_bounded(bounds):
             held = inside(end, law, table, remembered, motion, bounds, 0.0)
         known = _fill_along(end, law, table, remembered, held, 0, out)
@@ -267,7 +273,7 @@ def difference_partials(
     1.4e-7). Forward differences take half as many evaluations and are accurate to 1e-6, more than Newton's method
     needs: for laws that remember, which are differentiated for it alone, of journals that cannot touch.
     """
-    scales, change, both = np.zeros(INPUTS), np.zeros(INPUTS), end.kind != REMEMBERING
+    scales, change, both = np.zeros(INPUTS), np.zeros(INPUTS), not has_cells(end)
     input_scales(end, law, motion, scales)
     if is_bounded(bounds):
         motion = inside(end, law, table, remembered_of(memory), motion, bounds, AWAY * scales[SPEED])

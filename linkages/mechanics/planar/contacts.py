@@ -6,10 +6,8 @@ from typing import get_args
 
 import numpy as np
 
-from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
-from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.film.film_history import STEP, history_force, memory_of, recorded_entries
-from linkages.laws.film.film_steps import advance_film, longest_step_of, start_film
+from linkages.base.kernel import Array, Records, inlined_kernel, kernel
+from linkages.laws.film.film_history import history_force
 from linkages.laws.journal import ContactResults, clearance_force, dry_force
 from linkages.laws.states import REMEMBERED, STATES, Remembered, remembered_of
 from linkages.laws.wear.force import call_worn
@@ -37,51 +35,6 @@ RESULTS = len(get_args(ContactResults))
 #: Their places in a line of `CLEARANCE_OUTPUTS`, flow and rates.
 RESULT_PLACES = (FX, FY, COUPLE, *range(RATES, WIDTH), PENETRATION, CLOSING, SLIDING, LOAD)
 
-#: Memory of each contact: the speed at which it began [m/s], its states; from `OIL` on what its film remembers, see
-#: `linkages.laws.film.film_history`.
-APPROACH, FIRST_STATE, OIL = 0, 1, REMEMBERED
-
-_LANDING = 1e-10  # accuracy to which the start and end of a contact are located, in parts of the clearance
-_ROUNDING = 4e-16  # lower limit of that accuracy, in parts of the linkage's length
-
-
-@kernel
-def fill_landing(laws: Records, size: float, out: Array) -> None:
-    """Fill ``out`` (nc,) with the accuracies to which the start and end of each contact are located [m; stop: rad]."""
-    for k in range(len(laws)):
-        out[k] = max(_LANDING * laws[k].clearance, _ROUNDING * size)
-
-
-def make_memory(ends: Records, tables: Array) -> Array:
-    """Make the memory of contacts, (nc, `REMEMBERED`), or wider if a film remembers; all zero."""
-    films = np.flatnonzero(ends["kind"] == REMEMBERING)
-    return np.zeros((len(ends), OIL + max((memory_of(tables[k]) for k in films), default=0)))
-
-
-@inlined_kernel
-def has_films(memory: Array) -> bool:
-    """Whether contacts with this memory can have films that remember."""
-    return memory.shape[1] > OIL
-
-
-@inlined_kernel
-def recorded_part(memory: Array) -> tuple[int, int]:
-    """Return the first of the entries of a film, and their number, that its next step depends on."""
-    return OIL + STEP, recorded_entries(memory.shape[1] - OIL)
-
-
-@kernel
-def approach_at_start(delta: float, closing: float, landing: float) -> float:
-    """Return the approach speed of a contact at the start of a run; infinite where no contact begins there.
-
-    A contact begins at the start if the bodies touch and do not separate, or if they overlap and approach faster than
-    `GRAZING`. Bodies that overlap otherwise were in contact before: the speed at which that contact began is unknown,
-    and an infinite speed gives a contact without damping. `delta` and `closing` are the penetration [m] and its rate
-    [m/s], `landing` is the contact's, see above.
-    """
-    least = GRAZING if delta > landing else -GRAZING
-    return max(closing, 0.0) if delta >= -landing and closing > least else np.inf
-
 
 @inlined_kernel
 def clearance_wrenches(
@@ -91,7 +44,8 @@ def clearance_wrenches(
 
     ``tables`` (nc, nt) have the map of each contact's finite film, or its cells if it remembers; of a worn joint, at
     the line's end, its profiles, see `linkages.laws.wear.force.place_of`. ``memory`` is the one of each contact, see
-    `make_memory`. ``out`` (nc, WIDTH) is filled with `CLEARANCE_OUTPUTS`, content and flow, rates of the states.
+    `linkages.mechanics.planar.contact_memory`. ``out`` (nc, WIDTH) is filled with `CLEARANCE_OUTPUTS`, content and
+    flow, rates of the states.
     """
     for k in range(len(ends)):
         end = ends[k]
@@ -177,47 +131,20 @@ def _action(
 
 
 @inlined_kernel
+def has_cells(end: np.record) -> bool:
+    """Whether a contact remembers cells, so that differences give its derivatives."""
+    return bool(end.kind == REMEMBERING)
+
+
+@inlined_kernel
 def remembered_action(
     end: np.record, law: np.record, table: Array, memory: Array, remembered: Remembered, motion: ContactMotion
 ) -> tuple[ContactResults, float, float]:
     """Compute the results of `contact_action` with a contact's memory, then film content and flow."""
-    if end.kind == REMEMBERING:
+    if has_cells(end):
         ex, ey, vx, vy, wb, wj, angle, _ = motion
         fx, fy, couple, delta, closing, sliding, content, flow = history_force(
-            law, table, memory[OIL:], ex, ey, vx, vy, wb, wj, angle
+            law, table, memory[REMEMBERED:], ex, ey, vx, vy, wb, wj, angle
         )
         return (fx, fy, couple, 0.0, 0.0, 0.0, delta, closing, sliding, 0.0), content, flow
     return _action(end, law, table, remembered, motion), 0.0, 0.0
-
-
-@lazy_kernel
-def start_films(
-    ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array, fresh: bool
-) -> None:
-    """Set time and place of the films that remember, and with ``fresh`` their content at the start of a run."""
-    for k in range(len(ends)):
-        if ends[k].kind == REMEMBERING:
-            ex, ey, _, _, _, _, angle, _ = contact_motion(ends[k], pose, vel)[0]
-            start_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, angle, fresh)
-
-
-@lazy_kernel
-def advance_films(
-    ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array
-) -> None:
-    """Move the content of the films that remember to time t and these states, and choose their film steps."""
-    for k in range(len(ends)):
-        if ends[k].kind == REMEMBERING:
-            ex, ey, vx, vy, wb, wj, angle, _ = contact_motion(ends[k], pose, vel)[0]
-            advance_film(laws[k], tables[k], memory[k, OIL:], t, ex, ey, vx, vy, wb, wj, angle)
-
-
-@inlined_kernel
-def longest_film_step(ends: Records, memory: Array) -> float:
-    """Return the longest step of a run that its films allow [s]; infinite without films that remember."""
-    longest = np.inf
-    if has_films(memory):
-        for k in range(len(ends)):
-            if ends[k].kind == REMEMBERING:
-                longest = min(longest, longest_step_of(memory[k, OIL:]))
-    return longest

@@ -25,12 +25,12 @@ from linkages.engines.compiled.run.equations import derivatives
 from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.model import Equations
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.states import remembered_of
+from linkages.laws.states import LATCHED, remembered_of
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.planar.arrays import loads_of
-from linkages.mechanics.planar.contact_partials import CLOSES, DELTA, DEPTH_FROM, DEPTH_TO, LEAST, OUTPUTS, deeper
+from linkages.mechanics.planar.contact_memory import LATCHED_RESULTS, restore_latched
+from linkages.mechanics.planar.contact_partials import DELTA, DEPTH_FROM, DEPTH_TO, LEAST, OUTPUTS, deeper
 from linkages.mechanics.planar.contacts import (
-    APPROACH,
     CLOSING,
     FIRST_RATE,
     PENETRATION,
@@ -44,18 +44,19 @@ from linkages.mechanics.planar.newton_euler import generalised_force
 
 
 @kernel(makes_arrays=True)
-def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: float, c: Column, times: Array) -> bool:
+def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, memory: Array, c: Column, times: Array) -> bool:
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
-    A new contact remembers the approach speed at its start. Where its force, and the friction in joints with it, or the
-    rate of its states jumps, the columns jump by the difference of the derivatives times the change of the time.
+    A new contact latches states at its start; ``memory`` is the record that has them. Where its force, and the friction
+    in joints with it, or the rate of its states jumps, the columns jump by the difference of the derivatives times the
+    change of the time.
     Returns False where a contact begins without speed: its existence then depends on the values.
     """
     equations, v, n, m = run.equations, run.variation, len(y), c.before.shape[1]
     work, w, clearance = equations.work, v.work.dynamics, equations.model.laws[k].clearance
     c.ended[0] = math.nan
     if begins:
-        work.memory[k, APPROACH] = approach
+        restore_latched(work.memory, memory, k)
         work.solved[0] = math.nan
     derivatives(equations, t, y, c.dy)
     closing, late = work.contacts[k, CLOSING], work.contacts[k, PENETRATION] / work.contacts[k, CLOSING]
@@ -71,7 +72,9 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
     motion, _ = contact_motion(v.model.ends[k], w.pose, w.vel)
     _hold(equations, k, False)
     set_results(equations, v, k, motion)
-    accelerating = slope(v.work.results[CLOSES], 0)
+    rising = np.zeros(LATCHED)
+    for i in range(LATCHED):
+        rising[i] = slope(v.work.results[LATCHED_RESULTS[i]], 0)
     derivatives(equations, t, y, c.dy)
     for i in range(len(efforts)):
         efforts[i] = work.friction.efforts[i] - efforts[i]
@@ -97,7 +100,9 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         for j in range(first, last):
             times[j] = slope(later, j - first)
             if begins:
-                c.remembered[k, j] = slope(v.work.results[CLOSES], j - first) + accelerating * times[j]
+                for i in range(LATCHED):
+                    latched = slope(v.work.results[LATCHED_RESULTS[i]], j - first)
+                    c.remembered[k * LATCHED + i, j] = latched + rising[i] * times[j]
         for i in range(OUTPUTS):
             push[i] = with_number(push[i], 0.0) - jump[i] * later
         w.wrench[:] = 0.0

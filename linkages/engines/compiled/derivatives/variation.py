@@ -29,7 +29,7 @@ from linkages.engines.compiled.run.equations import set_residuals, set_state
 from linkages.engines.compiled.run.jacobian import fill_solved, fill_states, put
 from linkages.engines.compiled.run.job import Given, model_of
 from linkages.engines.compiled.run.model import Equations
-from linkages.laws.states import REMEMBERED, STATES, Remembered, remembered_of
+from linkages.laws.states import FIRST_STATE, LATCHED, REMEMBERED, STATES, Remembered, remembered_of
 from linkages.mechanics.planar.arrays import Arrays, size_of
 from linkages.mechanics.planar.contact_partials import (
     AWAY,
@@ -48,10 +48,8 @@ from linkages.mechanics.planar.contact_partials import (
     is_bounded,
 )
 from linkages.mechanics.planar.contacts import (
-    APPROACH,
     EX,
     EY,
-    FIRST_STATE,
     RATES,
     RESULT_PLACES,
     RESULTS,
@@ -88,7 +86,7 @@ class DualWork(NamedTuple):
     numbers_y: Array  # (ny, 1 + DIRECTIONS)
     numbers_memory: Array  # (nc, REMEMBERED, 1 + DIRECTIONS)
     numbers_results: Array  # (RESULTS, 1 + DIRECTIONS)
-    changes: Array  # of the residual, floats, (k, np + nc): along the values and the approach speeds
+    changes: Array  # of the residual, floats, (k, np + nc): along the values and the latched states
     partials: Array  # of a contact, floats, (RESULTS, PARTIALS)
 
 
@@ -179,7 +177,7 @@ def _make_work(model: Arrays, count: int) -> DualWork:
     y, memory, results = dual_array(ny), dual_array(nc, REMEMBERED), dual_array(RESULTS)
     motions = (dual_array(most) for _ in range(3))
     own = dual_array(nc, WIDTH), memory, *motions, friction, dual_array(nr), y, results, dual_array(OUTPUTS)
-    floats = np.zeros((len(y) - len(model.free), count + nc)), np.zeros((RESULTS, PARTIALS))
+    floats = np.zeros((len(y) - len(model.free), count + nc * LATCHED)), np.zeros((RESULTS, PARTIALS))
     slots = (one.view(np.ndarray) for one in (y, memory, results))
     return DualWork._make([dynamics, np.zeros(1), *own, *slots, *floats])
 
@@ -214,8 +212,8 @@ def set_columns(
     Parameters
     ----------
     columns : (ny, m) array
-    remembered : (nc, m) array
-        Those of the approach speeds.
+    remembered : (nl, m) array
+        Those of the latched states of the contacts.
     """
     work = v.work
     _choose(v, first - (columns.shape[1] - len(v.unit)))
@@ -224,7 +222,7 @@ def set_columns(
         for i in range(len(y)):
             work.numbers_y[i, 1 + j - first] = columns[i, j]
         for k in range(len(remembered)):
-            work.numbers_memory[k, APPROACH, 1 + j - first] = remembered[k, j]
+            work.numbers_memory[k // LATCHED, k % LATCHED, 1 + j - first] = remembered[k, j]
     set_state(v.model, work, seeded(t, -1), work.y)  # type: ignore[arg-type]
 
 
@@ -256,20 +254,20 @@ def fill_forcing(
 ) -> None:
     """Fill ``out`` (k, m) with the derivatives of the residual along the columns, at a fixed state.
 
-    They follow the values, of the last columns, and the approach speeds, whose columns are ``remembered`` (nc, m). The
+    They follow the values, of the last columns, and the latched states, whose columns are ``remembered`` (nl, m). The
     mass matrix has been found at (t, y), where ``dy`` are the derivatives of rates and others.
     """
-    work, m, count, nc = v.work, out.shape[1], len(v.unit), len(remembered)
+    work, m, count, nl = v.work, out.shape[1], len(v.unit), len(remembered)
     wanted = count
-    for k in range(nc):
+    for k in range(nl):
         if _any(remembered[k]):
-            wanted = count + nc
+            wanted = count + nl
     for first in range(0, wanted, DIRECTIONS):
         _choose(v, first)
         _set_numbers(equations, work, y)
-        for k in range(nc):
+        for k in range(nl):
             if 0 <= count + k - first < DIRECTIONS and _any(remembered[k]):
-                work.numbers_memory[k, APPROACH, 1 + count + k - first] = 1.0
+                work.numbers_memory[k // LATCHED, k % LATCHED, 1 + count + k - first] = 1.0
         set_state(v.model, work, seeded(t, -1), work.y)  # type: ignore[arg-type]
         set_contacts(equations, v)
         fill_residual(equations, v, t, dy, first, min(first + DIRECTIONS, wanted), work.changes)
@@ -343,7 +341,7 @@ def _set_differences(equations: Equations, v: Variation, k: int, motion: Contact
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     at = (number(ex), number(ey), number(vx), number(vy), number(wb), number(wj), number(nx), number(ny))
     end, law, table, bounds = model.ends[k], model.laws[k], model.tables[k], equations.work.scratch.bounds[k]
-    at_hand = _numbers_of(memory)
+    at_hand = latched, a, b, c = _numbers_of(memory)
     difference_partials(end, law, table, equations.work.memory[k], at, bounds, partials)
     here = contact_action(end, law, table, at_hand, at)
     for i in range(RESULTS):
@@ -355,7 +353,7 @@ def _set_differences(equations: Equations, v: Variation, k: int, motion: Contact
     if is_bounded(bounds):
         at = inside(end, law, table, at_hand, at, bounds, AWAY * scales[SPEED])
     for j in range(DIRECTIONS):
-        p, faster, began = v.chosen[0] + j, slope(memory[APPROACH], j), at_hand[APPROACH]
+        p, faster, began = v.chosen[0] + j, slope(memory[0], j), latched
         known, worst = 0 <= p < len(v.unit), abs(faster) / began if began > 0.0 else 0.0
         if known:
             worst = max(
@@ -367,7 +365,7 @@ def _set_differences(equations: Equations, v: Variation, k: int, motion: Contact
             h = side * STEP / worst
             if known:
                 _move(v, p, h)
-            changed = began + h * faster, at_hand[1], at_hand[2], at_hand[3]
+            changed = latched + h * faster, a, b, c
             found = contact_action(v.moved.ends[k], v.moved.laws[k], v.moved.tables[k], changed, at)
             for i in range(RESULTS):
                 v.work.numbers_results[i, 1 + j] += found[i] / (2.0 * h)

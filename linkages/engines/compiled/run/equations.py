@@ -7,9 +7,10 @@ import math
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.elements.machine import add_elements
 from linkages.engines.compiled.run.model import Equations, Work
+from linkages.laws.states import FIRST_STATE
 from linkages.mechanics.planar.arrays import Arrays, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
-from linkages.mechanics.planar.contacts import EX, EY, FIRST_STATE, FX, FY, RATES, clearance_wrenches
+from linkages.mechanics.planar.contacts import EX, EY, FX, FY, RATES, clearance_wrenches
 from linkages.mechanics.planar.joint_friction import add_applied
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states
 from linkages.mechanics.planar.loads import state_rates

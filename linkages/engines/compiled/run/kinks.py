@@ -18,12 +18,11 @@ from linkages.engines.compiled.run.equations import solve_state
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import KINKS, RATIOS, SPEEDS, Equations
 from linkages.laws import FRICTIONS
-from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.contact.contact_laws import CONTACTS, push
+from linkages.laws.contact.contact_laws import CONTACTS, push, reference_speed
 from linkages.laws.states import remembered_of
 from linkages.mechanics.integrate.stepper import Stepper, copy
 from linkages.mechanics.planar.contact_partials import DEPTH_FROM, DEPTH_TO, PUSH_FROM, RATIO_FROM, SLIDING_FROM
-from linkages.mechanics.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
+from linkages.mechanics.planar.contacts import CLOSING, LOAD, PENETRATION, SLIDING
 from linkages.mechanics.planar.loads import acting_functions, fill_inputs, inputs_shape
 from linkages.mechanics.planar.motion import fill_switches, switch_counts
 from linkages.system import System
@@ -82,7 +81,7 @@ def kink_values(equations: Equations, t: float, limits: Array, out: Array) -> No
         _switch_values(equations, t, limits, out)
     for k in range(nc):
         found, remembered = work.contacts[k], remembered_of(work.memory[k])
-        began = max(remembered[APPROACH], GRAZING)
+        began = reference_speed(remembered)
         for j in range(KINKS):
             out[k, j] = math.nan
             if limits[k, j] != limits[k, j]:

@@ -101,7 +101,7 @@ class Work(NamedTuple):
     dynamics: Workspace
     solved: Array  # time and state at which everything is known; NaN if it is not, (1 + ny,)
     contacts: Array  # `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
-    memory: Array  # `linkages.mechanics.planar.contacts.APPROACH`, see `make_memory`
+    memory: Array  # of the contacts, see `linkages.mechanics.planar.contact_memory`
     modes: Indices  # 1 in contact, -1 free, (nc,)
     value: Array  # for prescribed motions and torques
     rate: Array
