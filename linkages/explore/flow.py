@@ -10,9 +10,10 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, RunError, Status, nearest
 from linkages.engines.budget import WINDOW
-from linkages.engines.compiled.run.replay import Steps, record_memory, recorded
+from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.mechanics.integrate.driver import DONE, PAUSED, Record
+from linkages.mechanics.planar.contact_memory import record_memory, recorded
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.outputs.columns import Columns
 from linkages.results.steady_state import drive_period
@@ -27,15 +28,15 @@ _LOOKS = 7  # attempts to find the period of a formula, each over twice the dura
 class Flow:
     """A run that can be paused, continued, and moved to another state.
 
-    It has reached the time `t` [s] and the state `y` (ny,): positions and rates of the free coordinates, then bristles,
-    see `linkages.engines.compiled.run.model`. `scale` (ny,) is the error scale of each entry; the status is OK as long
-    as the run can continue. AssemblyError or InputError as `System.assembly`.
+    It has reached the time `t` [s] and the state `y` (ny,): positions and rates of the free coordinates, then other
+    states, see `linkages.engines.compiled.run.model`. `scale` (ny,) is the error scale of each entry; the status is OK
+    as long as the run can continue. AssemblyError or InputError as `System.assembly`.
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
         self.runner = Runner(system)
-        self.memory = self.runner.memory  # of the contacts, (nc, 2 or more); see `APPROACH`
+        self.memory = self.runner.memory  # of the contacts, see `linkages.mechanics.planar.contact_memory`
         self.y, self.scale = self.runner.start, self.runner.scale
         self.t, self.status = 0.0, Status.OK
         self.step = 0.0  # size of the next attempted step [s]

@@ -227,9 +227,9 @@ class System(Unassembled):
     def arrays(self) -> Arrays:
         """Return all arrays that kernels read; systems that differ in the laws of joints alone share the others."""
         tree, twin = self.tree, self._twin
-        joints = self.laws, self.tables, self.largest_ratios, self.touching.astype(np.int64), self.bristles
+        joints = self.laws, self.tables, self.largest_ratios, self.touching.astype(np.int64), self.law_states.places
         if twin is not None and self._differs_in_laws_alone:
-            names = "ends", "laws", "tables", "limits", "touching", "bristles"
+            names = "ends", "laws", "tables", "limits", "touching", "law_states"
             own: dict[str, Any] = dict(zip(names, map(np.ascontiguousarray, (self.ends, *joints)), strict=True))
             return twin.arrays._replace(**own)
         moved = tree.driven_dofs, tree.powered_dofs
@@ -287,8 +287,10 @@ class System(Unassembled):
 
     @property
     def stiff(self) -> bool:
-        """Check whether films, bristles or modes make the equations stiff; dry contact does not."""
-        return any(model.has_film for model in self.models) or len(self.bristles) > 0 or bool(self.tree.flexible)
+        """Check whether films, states of laws or modes make the equations stiff; dry contact does not."""
+        return (
+            any(model.has_film for model in self.models) or len(self.law_states.names) > 0 or bool(self.tree.flexible)
+        )
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> System:

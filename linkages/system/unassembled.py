@@ -30,7 +30,7 @@ from linkages.system.assembly import start_offsets
 from linkages.system.description import Description, description_of
 from linkages.system.flexible_link import flexible_link
 from linkages.system.joints import SystemJoint, joints_of
-from linkages.system.law_records import ContactLaws, contact_laws
+from linkages.system.law_records import ContactLaws, LawStates, contact_laws
 from linkages.system.lightness import negligible_inertials
 from linkages.system.load_records import Packed, pack_loads, unilateral_ends, unilateral_models
 from linkages.system.parts import Parts, parts_of
@@ -436,9 +436,9 @@ class Unassembled(Brief):
         return np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
 
     @property
-    def bristles(self) -> NDArray[np.int64]:
-        """Return the contacts whose friction has a state (LuGre)."""
-        return self._contact_laws.bristles
+    def law_states(self) -> LawStates:
+        """Return the continuous states of the contacts' laws."""
+        return self._contact_laws.states
 
     @cached_property
     def ends(self) -> Records:

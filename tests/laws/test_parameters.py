@@ -140,18 +140,20 @@ def test_a_force_that_reads_what_its_law_neither_declares_nor_needs_is_refused()
 
 
 def test_a_law_that_declares_nothing_has_the_parameters_of_the_built_in_ones():
-    laws.register_friction("old", lambda v, bristle, joint: joint.mu_d * v / (joint.v_1 + joint.v_0))
+    laws.register_friction("old", lambda v, joint: joint.mu_d * v / (joint.v_1 + joint.v_0))
     assert FRICTIONS["old"].parameters == BUILT_IN_PARAMETERS["friction"]
     system = linkages.load(FILE, {"joints.B.friction.law": "old", "joints.B.friction.v_1": 3e-4})
     assert system.laws["friction_1"][0] == 3e-4
 
 
-def test_bristles_bring_the_parameters_of_their_rate():
-    laws.register_friction("bristly", lambda v, bristle, joint: joint.top * bristle, bristles=True,
+def test_the_magnitude_of_a_state_follows_from_the_parameters_of_its_law():
+    state = laws.State("bristle", "m", lambda values: 0.2 / values["top"], start=3e-6)
+    laws.register_friction("bristly", lambda v, bristle, joint: (joint.top * bristle, v - bristle), states=[state],
                            parameters=[Parameter("top", "1/m", 1e5, "stiffness")])  # fmt: skip
-    assert [p.name for p in FRICTIONS["bristly"].parameters] == ["top", "v_1", "bristle_stiffness"]
-    system = linkages.load(FILE, {"joints.B.friction.law": "bristly", "joints.B.friction.bristle_stiffness": 2e4})
-    assert system.laws["bristle_scale"][0] == 1.0 / 2e4
+    system = linkages.load(FILE, {"joints.B.friction.law": "bristly", "joints.B.friction.top": 2e4})
+    assert system.law_states.names == ("bristle",)
+    assert system.law_states.scales == pytest.approx([1e-5], rel=1e-15)
+    assert system.law_states.starts == pytest.approx([3e-6], rel=1e-15)
 
 
 @pytest.mark.parametrize("kind", REGISTRIES)

@@ -15,10 +15,11 @@ from linkages.base.errors import InputError, Status, nearest
 from linkages.base.kernel.by_reference import packed
 from linkages.elements.machine import KINDS, OF_ELEMENTS, record_of
 from linkages.engines.compiled.run.job import MOST, make_given
-from linkages.engines.compiled.run.replay import Steps, record_memory, recorded
+from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner
 from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.mechanics.integrate.driver import PAUSED
+from linkages.mechanics.planar.contact_memory import record_memory, recorded
 from linkages.results.outputs.registry import default_outputs, pack
 from linkages.system import System
 from linkages.system.ideal_motion import cause
@@ -38,7 +39,7 @@ class StepperState:
     time : float
         Time [s].
     state : (ny,) array
-        Free coordinates, their rates, bristles of contacts.
+        Free coordinates, their rates, states of laws and of the experiment.
     memory, modes, sides : arrays
         Memory of the contacts.
     values : mapping

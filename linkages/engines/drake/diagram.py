@@ -16,7 +16,7 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource
 
 from linkages.base.errors import InputError, Status
 from linkages.engines.budget import Budget
-from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
+from linkages.engines.drake.clearance import ClearanceJoints, JointsWithStates
 from linkages.engines.drake.drives import Drives, StatefulDrives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.engines.drake.steps import StepControl, drives_of, is_collapse
@@ -196,7 +196,7 @@ def add_linkage(
     place = state_place(plant, tree, instance)
     state, clearance, port = plant.get_state_output_port(), None, None
     if system.contacts:
-        kind = BristledJoints if len(system.bristles) else ClearanceJoints
+        kind = JointsWithStates if len(system.law_states.names) else ClearanceJoints
         clearance = builder.AddNamedSystem(_named(name, "clearance_joints"), kind(system, place))
         builder.Connect(state, clearance.get_input_port(0))
     direct = clearance.GetOutputPort("evaluation") if clearance is not None and not external else None

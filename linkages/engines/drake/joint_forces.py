@@ -14,7 +14,8 @@ from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
 from linkages.base.kernel.by_reference import packed
 from linkages.elements.machine import add_elements
 from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of, size_of
-from linkages.mechanics.planar.contacts import WIDTH, advance_films, clearance_wrenches, start_films
+from linkages.mechanics.planar.contact_memory import advance_cells, start_cells
+from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
 from linkages.mechanics.planar.joint_friction import FrictionWork, add_efforts, make_friction_work, solve_friction
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import load_wrenches, sample_states, state_rates
@@ -67,7 +68,7 @@ def _enter(place: Placed, work: Workspace, state: Array) -> None:
 def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, result: Array) -> None:
     """Compute the generalised forces of all clearance joints at a state (nx,) of the plant.
 
-    Uses `work` up. ``memory`` (nc, 2) begins at `linkages.mechanics.planar.contacts.APPROACH`. ``result`` (size + WIDTH
+    Uses `work` up. ``memory`` is the one of `linkages.mechanics.planar.contact_memory`. ``result`` (size + WIDTH
     nc,) is filled with generalised forces, then `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS` of each contact.
     """
     model, bodies = place.model, place.model.bodies
@@ -81,14 +82,14 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
 
 
 @lazy_kernel
-def move_films(place: Placed, work: Workspace, memory: Array, t: float, state: Array, fresh: bool) -> None:
-    """Move the content of the films that remember to time t and a state (nx,) of the plant, or make it ``fresh``."""
+def move_cells(place: Placed, work: Workspace, memory: Array, t: float, state: Array, fresh: bool) -> None:
+    """Move the content of the cells of contacts to time t and a state (nx,) of the plant, or make it ``fresh``."""
     model = place.model
     _enter(place, work, state)
     if fresh:
-        start_films(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel, True)
+        start_cells(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel, True)
     else:
-        advance_films(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel)
+        advance_cells(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel)
 
 
 @lazy_kernel(makes_arrays=True)

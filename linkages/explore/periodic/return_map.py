@@ -26,7 +26,7 @@ from linkages.explore.periodic.continuation import Residual
 from linkages.explore.periodic.multipliers import Multipliers, multipliers
 from linkages.explore.sections import Section, recorded
 from linkages.input.model.capabilities import Analysis
-from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS, RATES
 from linkages.results.outputs.registry import pack
 from linkages.results.steady_state import common_period
 from linkages.system import System
@@ -37,7 +37,6 @@ _AMPLE = 5.0  # clearances that count as a usual change
 _APART = 1e4  # over their usual change: approach speeds do not count in the distance of two motions, for they may jump
 _LIFTS = 8  # corrections of a state towards closed loops
 _LIFTED = 1e-14  # error of the independent coordinates, over the scale of the state
-_BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,9 +140,9 @@ class ReturnMap:
             return np.concatenate([state, _APART * self.error[len(state) :]])
         rate = max(self._system.motion_rate, 2.0 * np.pi / self.period)
         position = length * per_length(self._system)
-        bristles = np.full(len(self._system.bristles), self.error.min())
+        of_laws = np.full(len(self._system.law_states.names), self.error.min())
         own = self._system.state_scales * length / self._system.tree.extent
-        state = np.concatenate([position, rate * position, bristles, own])[self._local.entries]
+        state = np.concatenate([position, rate * position, of_laws, own])[self._local.entries]
         return np.concatenate([state, np.full(len(self._latched), _APART * rate * length)])
 
     def _flow(self, value: float | None, periods: int) -> tuple[Flow, float]:
@@ -261,5 +260,5 @@ def _rate(flow: Flow, steps: Steps, t: float) -> Array:
     runner = flow.runner
     _, v, a, contacts = runner.evaluate(steps, np.array([t]))
     free, own = runner.model.free, a.shape[1] - len(runner.model.states)
-    bristles = contacts[0, runner.model.bristles, _BRISTLE_RATE]
-    return np.concatenate([v[0, free], a[0, free], bristles, a[0, own:]])
+    contact, place = runner.model.law_states.T
+    return np.concatenate([v[0, free], a[0, free], contacts[0, contact, RATES + place], a[0, own:]])

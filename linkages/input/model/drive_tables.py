@@ -10,7 +10,7 @@ from pydantic import Field
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, check_history
 from linkages.input.functions.definitions import TIME, formula, over_time, program
 from linkages.input.functions.recorded_tables import FromFile
-from linkages.input.model.experiment_tables import ContactTable, FrictionTable
+from linkages.input.model.experiment_tables import ContactTable, FrictionTable, check_states
 from linkages.mechanics.planar import motion
 from linkages.mechanics.planar.motion import Pieces, Program
 
@@ -45,6 +45,7 @@ class Backlash(Table):
             raise ValueError("give either play, or normal with radius")
         if (self.friction is None) != (self.arm is None):
             raise ValueError("friction and arm, the distance from the pitch point, belong together")
+        check_states(self.contact, self.friction)
         if abs(self.start) > 0.5 * self.width:
             raise ValueError(f"start is {self.start:g}; it must be within half the play, {0.5 * self.width:g}")
 

@@ -14,6 +14,7 @@ from linkages.input.model.law_tables import LawTable, parameter_field
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.laws.film.surface.grooves import Groove, check_grooves, no_load
 from linkages.laws.heat import COLDEST, CONDUCTANCE, FRESH, HOTTEST, INLET, SPECIFIC_HEAT, SURROUNDINGS, Heat
+from linkages.laws.states import STATES
 from linkages.laws.viscosity import ISO_VG
 
 #: Least and most cells of a film with history, around it and along half its length.
@@ -92,6 +93,15 @@ class FrictionTable(LawTable):
         """Check whether the friction is nonzero."""
         law = FRICTIONS[self.law]
         return law.coefficient is not None and bool(self.coefficient or self.static or "coefficient" not in law.needs)
+
+
+def check_states(contact: ContactTable | None, friction: FrictionTable | None) -> None:
+    """Check that a contact has room for the states of its laws."""
+    if contact is not None and friction is not None:
+        counts = len(CONTACTS[contact.law].states), len(FRICTIONS[friction.law].states)
+        if sum(counts) > STATES:
+            found = f"{contact.law} has {counts[0]} states and {friction.law} {counts[1]}"
+            raise ValueError(f"{found}; the laws of a contact can have {STATES}")
 
 
 class Mixed(Table):
@@ -310,6 +320,8 @@ class JointModel(LawTable):
         if self.wear is not None and self.model == "lubricated":
             raise ValueError("wear needs a contact; make the model dry or mixed")
         asperities = self.mixed is not None and self.mixed.law == "greenwood-tripp"
+        if self.can_touch:
+            check_states(self.contact, self.friction)
         if self.model == "mixed" and asperities and self.contact and self.contact.youngs_modulus is None:
             raise ValueError("greenwood-tripp needs the contact's youngs_modulus")
 
@@ -407,7 +419,7 @@ class SolverTable(Table):
 
     integrator: Method | None = Field(
         None,
-        description="integration method; default with films or bristles radau_iia_5 (Drake: radau3), else"
+        description="integration method; default with films or states of laws radau_iia_5 (Drake: radau3), else"
         " dormand_prince_5_4 (Drake: runge_kutta5)",
     )
     accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")

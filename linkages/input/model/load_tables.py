@@ -10,7 +10,7 @@ from linkages.input.files.formula import parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf
 from linkages.input.functions.definitions import Definition
 from linkages.input.model.drive_tables import Backlash
-from linkages.input.model.experiment_tables import ContactTable, FrictionTable
+from linkages.input.model.experiment_tables import ContactTable, FrictionTable, check_states
 
 
 class JointFriction(Table):
@@ -213,3 +213,4 @@ class LineContact(Table):
             raise ValueError("give either line, a frame, or anchor, a fixed point (with angle)")
         if self.line is not None and self.angle:
             raise ValueError("angle belongs to anchor; the line's frame has its own direction")
+        check_states(self.contact, self.friction)

@@ -21,6 +21,7 @@
 | loop_dynamics       | forward dynamics with the reactions of cut ideal joints; projection onto closed loops  |
 | singularities       | forward dynamics near singularities; forces of drives and loops for a simulator        |
 | contacts            | clearance joints: from body states to force pairs, by the laws                         |
+| contact_memory      | what contacts remember: latched states, states of laws, cells of films                 |
 | contact_partials    | partial derivatives of a contact's force                                               |
 | functions           | values of formulas and tables at a state of the motion                                 |
 | loads               | frictions and motors: wrenches; additional states                                      |

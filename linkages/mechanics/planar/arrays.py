@@ -23,7 +23,7 @@ class Arrays(NamedTuple):
     tables: Array  # maps of finite films, profiles; see `linkages.mechanics.planar.contacts.clearance_wrenches`
     limits: Array  # largest eccentricity ratio of contacts that have only a film; infinite for others, (nc,)
     touching: Indices  # 1 where the contact can touch, (nc,)
-    bristles: Indices  # contacts with LuGre friction
+    law_states: Indices  # continuous states of the contacts' laws: contact, place among its states, (ns, 2)
     free: Indices  # coordinates that are free, powered ones too
     driven: Indices  # coordinates that are prescribed
     powered: Indices  # coordinates with an applied torque

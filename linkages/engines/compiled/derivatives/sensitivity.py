@@ -33,6 +33,7 @@ from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
 from linkages.input.model.capabilities import Analysis
+from linkages.laws.states import LATCHED
 from linkages.mechanics.integrate.stepper import make_stepper
 from linkages.mechanics.planar.arrays import size_of
 from linkages.mechanics.planar.contacts import WIDTH
@@ -118,7 +119,7 @@ class Differentiation:
 
         Columns of zeros precede fewer columns than a processor takes together.
         """
-        nt, ny, nc = len(self.steps.times), len(self.runner.start), len(self.runner.model.ends)
+        nt, ny, nl = len(self.steps.times), len(self.runner.start), LATCHED * len(self.runner.model.ends)
         first = np.concatenate([np.eye(ny), self.start], axis=1) if start is None else np.asarray(start, np.float64)
         m = max(first.shape[1], LANES)
         column = self._column(m)
@@ -126,7 +127,7 @@ class Differentiation:
         if remembered is not None:
             column.remembered[:, m - first.shape[1] :] = remembered
         out = AtSteps(
-            np.full((nt, ny, m), np.nan), np.full((nt, nc, m), np.nan), np.zeros(nt, np.int64),
+            np.full((nt, ny, m), np.nan), np.full((nt, nl, m), np.nan), np.zeros(nt, np.int64),
             np.full((nt, m), np.nan), self._changes(nt if with_changes else 0),
         )  # fmt: skip
         status, known = differentiate_run(self._run, packed(column), packed(out))
@@ -196,8 +197,8 @@ def differentiate(
     start : (ny, m) array, optional
         Derivatives of the first state; the last np columns are those of the values. Default: the identity, and the
         derivatives of the system's own start.
-    memory : (nc, m) array, optional
-        Derivatives of the approach speeds at the first state; default zero.
+    memory : (nl, m) array, optional
+        Derivatives of the latched states of contacts at the first state; default zero.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.mechanics.integrate.stepper import Stepper, make_stepper
 from linkages.mechanics.planar.arrays import Arrays, size_of
-from linkages.mechanics.planar.contacts import make_memory
+from linkages.mechanics.planar.contact_memory import make_memory
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -65,7 +65,7 @@ class Job(NamedTuple):
     with_loads: bool
     stepper: Stepper
     ideal: Workspace  # of the linkage with every joint ideal, of which q, v, a, pose, vel and acc count
-    landing: Array  # see `linkages.mechanics.planar.contacts.fill_landing`, (nc,)
+    landing: Array  # see `linkages.mechanics.planar.contact_memory.fill_landing`, (nc,)
     y: Array  # a state between steps, (ny,)
     row: Array  # its outputs, (no,)
 

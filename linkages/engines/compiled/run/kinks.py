@@ -18,12 +18,12 @@ from linkages.engines.compiled.run.equations import solve_state
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import KINKS, RATIOS, SPEEDS, Equations
 from linkages.laws import FRICTIONS
-from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.contact.contact_laws import CONTACTS, push
+from linkages.laws.contact.contact_laws import CONTACTS, push, reference_speed
+from linkages.laws.states import remembered_of
 from linkages.mechanics.integrate.stepper import Stepper, copy
 from linkages.mechanics.planar.arrays import functions_of
 from linkages.mechanics.planar.contact_partials import DEPTH_FROM, DEPTH_TO, PUSH_FROM, RATIO_FROM, SLIDING_FROM
-from linkages.mechanics.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
+from linkages.mechanics.planar.contacts import CLOSING, LOAD, PENETRATION, SLIDING
 from linkages.mechanics.planar.functions import given_at
 from linkages.mechanics.planar.loads import acting_functions
 from linkages.mechanics.planar.motion import fill_switches, switch_counts
@@ -82,16 +82,17 @@ def kink_values(equations: Equations, t: float, limits: Array, out: Array) -> No
     if len(limits) > nc:
         _switch_values(equations, t, limits, out)
     for k in range(nc):
-        found, approach = work.contacts[k], max(work.memory[k, APPROACH], GRAZING)
+        found, remembered = work.contacts[k], remembered_of(work.memory[k])
+        began = reference_speed(remembered)
         for j in range(KINKS):
             out[k, j] = math.nan
             if limits[k, j] != limits[k, j]:
                 continue
             if j < RATIOS:
-                if approach < math.inf:
-                    out[k, j] = found[CLOSING] / approach - limits[k, j]
+                if began < math.inf:
+                    out[k, j] = found[CLOSING] / began - limits[k, j]
             elif j == SPEEDS:
-                out[k, j] = push(found[PENETRATION], found[CLOSING], approach, equations.model.laws[k])
+                out[k, j] = push(found[PENETRATION], found[CLOSING], remembered, equations.model.laws[k])
             else:
                 out[k, j] = (found[SLIDING] - limits[k, j]) / max(abs(limits[k, j]), _SLOW)
 

@@ -1,7 +1,7 @@
 """What compiled code runs on: a system's arrays, arrays to work on; the state and the scale of its errors.
 
-The state is y = [q, v of the free coordinates; bristles of the contacts with LuGre friction; states of equations of the
-experiment's own]. The last are also the last entries of the workspace's v, their rates those of its a.
+The state is y = [q, v of the free coordinates; states of the contacts' laws; states of equations of the experiment's
+own]. The last are also the last entries of the workspace's v, their rates those of its a.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from linkages.base.kernel.dual_copy import DualCopy
 from linkages.elements.machine import count
 from linkages.engines.methods import is_implicit
 from linkages.mechanics.planar.arrays import Arrays, size_of
-from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bounds
-from linkages.mechanics.planar.contacts import WIDTH
+from linkages.mechanics.planar.contact_partials import PARTIALS, no_bounds
+from linkages.mechanics.planar.contacts import RESULTS, WIDTH
 from linkages.mechanics.planar.joint_friction import FrictionWork, make_friction_work
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
 from linkages.mechanics.planar.motion import switch_counts
@@ -101,7 +101,7 @@ class Work(NamedTuple):
     dynamics: Workspace
     solved: Array  # time and state at which everything is known; NaN if it is not, (1 + ny,)
     contacts: Array  # `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
-    memory: Array  # `linkages.mechanics.planar.contacts.APPROACH`, see `make_memory`
+    memory: Array  # of the contacts, see `linkages.mechanics.planar.contact_memory`
     modes: Indices  # 1 in contact, -1 free, (nc,)
     value: Array  # for prescribed motions and torques
     rate: Array
@@ -127,7 +127,7 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     """Make the work arrays of a model around the contacts' memory and modes."""
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
     n, nm, most = size_of(model), model.bodies.shapes.shape[2], max(nd, len(model.powered))
-    dynamics, ny = make_workspace(nb, n, nr, nm), 2 * len(model.free) + len(model.bristles) + len(model.states)
+    dynamics, ny = make_workspace(nb, n, nr, nm), 2 * len(model.free) + len(model.law_states) + len(model.states)
     friction = make_friction_work(model, dynamics)
     return Work(
         dynamics,
@@ -149,9 +149,9 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
 
 
 def start_state(system: System) -> Array:
-    """State at t = 0, (ny,): positions and rates of the free coordinates, then bristles, states."""
+    """State at t = 0, (ny,): positions and rates of the free coordinates, then states of laws, other states."""
     free, assembly = system.tree.free_dofs, system.assembly
-    return np.concatenate([assembly.q[free], assembly.v[free], np.zeros(len(system.bristles)), system.start_states])
+    return np.concatenate([assembly.q[free], assembly.v[free], system.law_states.starts, system.start_states])
 
 
 def error_scale(system: System, extent: Array | float | None = None) -> Array:
@@ -159,8 +159,8 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
-    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); bristles by
-    their largest deflection; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, default
+    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); states of
+    laws by their magnitude; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, default
     its own [m].
     """
     size = np.asarray(system.tree.extent if extent is None else extent)[..., None]
@@ -175,8 +175,7 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
     resolved = system.settings.resolve_vibrations or not is_implicit(system)
     if len(system.tree.modal_frequencies) and resolved:
         _limit_vibrations(system, size, position, rate)
-    laws = system.laws[system.bristles]
-    others = np.concatenate([laws["mu_s"] * laws["bristle_scale"], system.state_scales])
+    others = np.concatenate([system.law_states.scales, system.state_scales])
     others = np.broadcast_to(others, (*size.shape[:-1], len(others)))
     return np.concatenate([position, rate, others], axis=-1)
 
