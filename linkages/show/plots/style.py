@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import notice
-from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES
+from linkages.input.model.output_names import BENDING_QUANTITIES, QUANTITIES
 from linkages.input.model.skeleton import OTHER
 from linkages.show.plots.presentation import presentation, shown
 
