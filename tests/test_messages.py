@@ -13,7 +13,8 @@ from linkages.cli.main import main, report_failures
 from linkages.cli.options import load_system
 from linkages.input.files.shipped import find_file
 from linkages.input.files.table_keys import described_keys
-from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES, Experiment, value_unit
+from linkages.input.model.experiment import Experiment, value_unit
+from linkages.input.model.output_names import BENDING_QUANTITIES, QUANTITIES
 from linkages.laws import CONTACTS
 from linkages.show.plots import histories, section_figure
 from linkages.show.report.terminal import format_table

@@ -9,6 +9,9 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
+#: Origins of values that no file has, shown as their source and in errors: Python, or the command line.
+ARGUMENT, COMMAND_LINE = "argument", "command line"
+
 _LONG = 200  # characters of the longest word that a message shows whole
 
 

@@ -25,8 +25,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draw; return the exit status."""
+    from linkages.base.errors import COMMAND_LINE
     from linkages.input.files.shipped import find_file
-    from linkages.input.model.experiment import COMMAND_LINE, nothing_done
+    from linkages.input.model.experiment import nothing_done
     from linkages.input.model.mechanism import faults_of_values, load_mechanism
     from linkages.show.plots.drawing import draw, page, svg
     from linkages.show.plots.drawing.raster import picture

@@ -21,8 +21,8 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
     """Compute the modes of an experiment's linkage; return the exit status."""
     import numpy as np
 
+    from linkages.base.errors import COMMAND_LINE
     from linkages.explore.modes import modes, modes_over
-    from linkages.input.model.experiment import COMMAND_LINE
     from linkages.results.steady_state import common_period
     from linkages.system import load
 

@@ -174,8 +174,8 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
     `defaults` are values by dotted path that override the file, unless the command line does.
     """
+    from linkages.base.errors import COMMAND_LINE
     from linkages.input.files.shipped import find_file
-    from linkages.input.model.experiment import COMMAND_LINE
     from linkages.system import load
 
     worn = _worn_values(options.worn) if getattr(options, "worn", None) else {}
@@ -193,8 +193,8 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
 def _check_set(system: System, file: Path, values: Mapping[str, Any]) -> None:
     """Refuse a number of the command line that changes nothing in a run, see `linkages.engines.compiled.effects`."""
+    from linkages.base.errors import COMMAND_LINE
     from linkages.engines.compiled.effects import without_effect
-    from linkages.input.model.experiment import COMMAND_LINE
     from linkages.system import load
 
     for path in values:

@@ -9,11 +9,10 @@ from typing import Annotated
 from linkages.base.arguments import Count, Names, Whole, validated, vector
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
-from linkages.base.errors import InputError, Status
+from linkages.base.errors import ARGUMENT, InputError, Status
 from linkages.engines.compiled.effects import check_varied
 from linkages.engines.threads import in_threads
 from linkages.explore.sections import Section, checked, horizon, sections
-from linkages.input.model.experiment import ARGUMENT
 from linkages.system import System
 
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from linkages.input.files.raw_model import BearingSize
 from linkages.input.model.experiment_tables import ContactTable, JointModel
-from linkages.input.model.mechanism import Joint
 from linkages.laws import CONTACTS, FILMS
 from linkages.laws.contact.material import modulus_of
 from linkages.laws.film.map_nodes import CENTRE
@@ -25,6 +24,7 @@ from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import FLEXIBLE_RULES, Rules, Violation, flexible_cases
 from linkages.system import System
+from linkages.system.joints import SystemJoint
 
 #: Taylor vortices between cylinders with a rotating inner one start at rho omega R c/mu = 41.1 sqrt(R/c).
 #: Taylor, Phil. Trans. R. Soc. A 223, 1923.
@@ -53,7 +53,7 @@ class JournalCase(NamedTuple):
     `law` is its record of `linkages.laws.PARAMETERS`, `film_end` the largest eccentricity ratio covered by its film.
     """
 
-    joint: Joint
+    joint: SystemJoint
     bearing: BearingSize
     model: JointModel
     law: Any

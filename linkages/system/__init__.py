@@ -5,6 +5,7 @@
 | system                  | `System`: the assembled start, all arrays; `load`                            |
 | identity                | the input of a system, for records of results and for comparison             |
 | unassembled             | `Unassembled`: tree, motions, loads, contacts and their records              |
+| facts                   | what mechanism and experiment say of a system: its fields                    |
 | settings                | `Settings`: duration, accuracy, method, outputs and windows of a run         |
 | description             | `Description`: title, names, files                                           |
 | joints                  | `SystemJoint`: a joint's places, axis, clearance and model                   |

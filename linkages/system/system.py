@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array, Records
+from linkages.base.errors import ARGUMENT
 from linkages.input.files.toml import leaves, read_toml
 from linkages.input.files.unit_conversion import SLIDING, si_unit
 from linkages.input.model.check import names_first, without_lost_outputs
-from linkages.input.model.experiment import ARGUMENT, Experiment, load_experiment, value_unit
+from linkages.input.model.experiment import Experiment, load_experiment, value_unit
 from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
 from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any, TypeVar, cast
@@ -27,14 +27,15 @@ from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
 from linkages.system.assembly import start_offsets
-from linkages.system.description import Description, description_of
+from linkages.system.description import Description
+from linkages.system.facts import facts
 from linkages.system.flexible_link import flexible_link
 from linkages.system.joints import SystemJoint, joints_of
 from linkages.system.law_records import ContactLaws, LawStates, contact_laws
 from linkages.system.lightness import negligible_inertials
 from linkages.system.load_records import Packed, pack_loads, unilateral_ends, unilateral_models
-from linkages.system.parts import Parts, parts_of
-from linkages.system.settings import Settings, settings_of
+from linkages.system.parts import Parts
+from linkages.system.settings import Settings
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
 
@@ -75,6 +76,30 @@ class Unassembled(Brief):
 
     mechanism: Mechanism
     experiment: Experiment
+    # what all later steps ask instead of mechanism and experiment, see `linkages.system.facts`
+    settings: Settings = field(init=False)  # of a run
+    description: Description = field(init=False)  # names and files
+    links: Mapping[str, Link] = field(init=False)  # by name, in the reference configuration
+    frames: tuple[Frame, ...] = field(init=False)  # named frames
+    points: Mapping[str, Frame] = field(init=False)  # frames of links and named frames, by name
+    places: Mapping[str, Frame] = field(init=False)  # points and joints, by name
+    basis: Array = field(init=False)  # x_P, y_P and normal of the plane in world axes, as columns (3, 3)
+    machine_values: Mapping[str, float] = field(init=False)  # numbers of the machine by path without ``sdf.``, SI units
+    parts: Parts = field(init=False)  # named elements by table and name
+    named_loads: tuple[tuple[str, str], ...] = field(init=False)  # table and name, in the order of their records
+    acting: tuple[tuple[str, str], ...] = field(init=False)  # elements with gearboxes' backlash, which is in ``slack``
+    drives: Mapping[str, Drive] = field(init=False)  # by joint
+    actuators: Sequence[str] = field(init=False)  # the drives that act, see `Drive.acts`, and the motors
+    functions_read: Collection[str] = field(init=False)  # names that functions of elements read
+    ramp: float = field(init=False)  # longest time of a drive's smooth start [s]
+    play: tuple[str, ...] = field(init=False)  # clearance joints; `Tree.play` has the mechanism's order
+    flexible: tuple[str, ...] = field(init=False)  # flexible links
+    can_touch: bool = field(init=False)  # whether dry or mixed joints, limits or points at lines can be in contact
+    values: Mapping[str, float] = field(init=False)  # numbers for formulas, by name, SI units
+    quantities: Mapping[str, Quantity] = field(init=False)  # states, formulas of motors and controllers, and values
+    own_states: Mapping[str, Quantity] = field(init=False)  # additional states, in the order of the state vector
+    unread_states: Collection[str] = field(init=False)  # those that no formula reads, such as a motor's energy
+    recorded: Mapping[str, FromFile] = field(init=False)  # drives and loads with signals from files, by path
     _memory: Memory = field(default_factory=Memory, kw_only=True)
 
     def _facts(self) -> tuple[str, dict[str, str]]:
@@ -85,133 +110,17 @@ class Unassembled(Brief):
 
     def __post_init__(self) -> None:
         check(self.mechanism, self.experiment)
-
-    # -- what later steps ask instead of mechanism and experiment ---------------------------------
-
-    @cached_property
-    def settings(self) -> Settings:
-        """Return the settings of a run."""
-        return settings_of(self.experiment)
-
-    @cached_property
-    def description(self) -> Description:
-        """Return names and files, for tables, figures and errors."""
-        return description_of(self.mechanism, self.experiment)
+        vars(self).update(facts(self.mechanism, self.experiment))  # the dataclass is frozen
 
     @cached_property
     def joints(self) -> dict[str, SystemJoint]:
         """Return the joints by name, with their places in the reference configuration, and clearances."""
         return joints_of(self.mechanism, self.experiment)
 
-    @property
-    def links(self) -> Mapping[str, Link]:
-        """Return the links by name, in the reference configuration."""
-        return self.mechanism.link
-
-    @property
-    def frames(self) -> tuple[Frame, ...]:
-        """Return the named frames, in the reference configuration."""
-        return self.mechanism.frames
-
-    @property
-    def points(self) -> Mapping[str, Frame]:
-        """Return the frames of links and the named frames, by name."""
-        return self.mechanism.point
-
-    @property
-    def places(self) -> Mapping[str, Frame]:
-        """Return everything with a position, by name: `points`, and joints."""
-        return self.mechanism.place
-
-    @property
-    def basis(self) -> Array:
-        """Return the plane's axes x_P, y_P and its normal in world axes, as columns (3, 3)."""
-        return self.mechanism.basis
-
     @cached_property
     def colors(self) -> dict[str, str]:
         """Return the colours of links, frames and joints by name, as ``#rrggbb``."""
         return colors_of(self.mechanism)
-
-    @cached_property
-    def parts(self) -> Parts:
-        """Return the named elements by table and name, see `linkages.system.parts`."""
-        return parts_of(self.experiment)
-
-    @property
-    def named_loads(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each applied load, in the order of their records."""
-        return self.experiment.loads
-
-    @property
-    def functions_read(self) -> set[str]:
-        """Return the names that functions of elements read: the time, positions, speeds, quantities."""
-        return self.experiment.functions_read
-
-    @property
-    def acting(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each named element that acts; gearboxes with backlash are elements of `slack`."""
-        return self.experiment.acting
-
-    @property
-    def quantities(self) -> Mapping[str, Quantity]:
-        """Return states, formulas of motors and controllers, and values, by their names in formulas."""
-        return self.experiment.quantities
-
-    @property
-    def values(self) -> Mapping[str, float]:
-        """Return the numbers for formulas by name, in SI units."""
-        return self.experiment.values
-
-    @property
-    def machine_values(self) -> Mapping[str, float]:
-        """Return the replaceable numbers of the machine, by dotted path without ``sdf.``, in SI units."""
-        return self.mechanism.values
-
-    @property
-    def recorded(self) -> Mapping[str, FromFile]:
-        """Return the drives and loads that take their signal from a data file, by dotted path."""
-        return self.experiment.from_files
-
-    @property
-    def drives(self) -> Mapping[str, Drive]:
-        """Return the drives, by joint."""
-        return self.experiment.drives
-
-    @property
-    def actuators(self) -> list[str]:
-        """Name what moves the machine: the drives that act, and the motors; each has a torque, or a force."""
-        return self.experiment.actuators
-
-    @property
-    def ramp(self) -> float:
-        """Return the longest time of a drive's smooth start [s]; zero without one."""
-        return max((drive.ramp for drive in self.drives.values()), default=0.0)
-
-    @property
-    def play(self) -> tuple[str, ...]:
-        """Return the clearance joints, in the order of the experiment; `Tree.play` has the mechanism's order."""
-        return self.experiment.play
-
-    @property
-    def flexible(self) -> tuple[str, ...]:
-        """Return the flexible links, in the order of the experiment."""
-        return self.experiment.flexible
-
-    @property
-    def can_touch(self) -> bool:
-        """Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines."""
-        return self.experiment.can_touch
-
-    @property
-    def own_states(self) -> Mapping[str, Quantity]:
-        """Return the additional states by name, in the order of the state vector."""
-        return self.experiment.own_states
-
-    @property
-    def unread_states(self) -> set[str]:
-        """Return the additional states that no formula reads, such as a motor's energy."""
-        return self.experiment.unread_states
 
     def sampling_times(self, end: float) -> Array:
         """Return the times after t = 0 and up to an end at which states are sampled [s]."""

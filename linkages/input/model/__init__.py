@@ -5,6 +5,7 @@
 | mechanism         | `Mechanism`: links, joints, frames in the reference configuration, from SDFormat |
 | experiment        | `Experiment`: drives, joint models, loads, settings, from TOML                   |
 | experiment_tables | tables of joint models, solver                                                   |
+| output_names      | names of outputs that can be requested, with meanings and units                  |
 | drive_tables      | tables of drives, of backlash                                                    |
 | law_tables        | tables that name a law, with the law's declared parameters                       |
 | load_tables       | tables of applied loads, gears, limit stops, points at straight lines            |

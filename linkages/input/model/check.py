@@ -24,19 +24,18 @@ from linkages.input.model import load_tables as tables
 from linkages.input.model.beam_interfaces import substructures
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.drive_tables import Backlash, Drive
-from linkages.input.model.experiment import (
+from linkages.input.model.experiment import DEFINING, Experiment
+from linkages.input.model.experiment_tables import ContactTable, JointModel
+from linkages.input.model.link_tables import LinkModel
+from linkages.input.model.mechanism import Frame, Mechanism
+from linkages.input.model.output_names import (
     BENDING_QUANTITIES,
-    DEFINING,
     FRAME_BENDING,
     LINK_BENDING,
     OF_DRIVES,
     PIN_QUANTITIES,
     QUANTITIES,
-    Experiment,
 )
-from linkages.input.model.experiment_tables import ContactTable, JointModel
-from linkages.input.model.link_tables import LinkModel
-from linkages.input.model.mechanism import Frame, Mechanism
 from linkages.input.model.state_tables import Controller, Motor, State
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST

@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, create
 
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief
-from linkages.base.errors import InputError, shortened
+from linkages.base.errors import ARGUMENT, COMMAND_LINE, InputError, shortened
 from linkages.elements.force import Force
 from linkages.elements.machine import OF_ELEMENTS, functions_of
 from linkages.elements.spring import Spring
@@ -34,11 +34,15 @@ from linkages.input.model import load_tables as tables
 from linkages.input.model.drive_tables import Drive, GearboxBacklash
 from linkages.input.model.experiment_tables import JointModel, RunWindow, SolverTable
 from linkages.input.model.link_tables import LinkModel
+from linkages.input.model.output_names import (
+    BENDING_QUANTITIES,
+    FORCES_OF_JOINTS,
+    OF_DRIVES,
+    PIN_QUANTITIES,
+    QUANTITIES,
+)
 from linkages.input.model.state_tables import Controller, Motor, State
 from linkages.input.model.worn import with_worn
-
-#: Origins of replaced values, shown as their source and in errors: Python, or the command line.
-ARGUMENT, COMMAND_LINE = "argument", "command line"
 
 _Values = Mapping[str, Any]
 _NONE: _Values = MappingProxyType({})
@@ -50,43 +54,6 @@ OTHERS = ("gears", "couplings", "stops", "contacts")
 
 #: The tables that define quantities for formulas.
 DEFINING = ("states", "motors", "controllers")
-
-#: Outputs of a link or frame, in plane axes, with units.
-QUANTITIES = {
-    "x": "position of the frame's origin along x_P [m]",
-    "y": "position along y_P [m]",
-    "angle": "angle of the frame's x axis [rad]",
-    "vx": "velocity along x_P [m/s]",
-    "vy": "velocity along y_P [m/s]",
-    "omega": "angular velocity [rad/s]",
-    "ax": "acceleration along x_P [m/s2]",
-    "ay": "acceleration along y_P [m/s2]",
-    "alpha": "angular acceleration [rad/s2]",
-    "acceleration": "magnitude of the point's acceleration [m/s2]",
-}
-
-#: Additional outputs of a frame on a flexible link.
-FRAME_BENDING = {
-    "deflection": "distance of a frame from the beam's chord, positive to its left, less the undeformed one [m]"
-}
-
-#: Outputs of a joint's position.
-PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
-PIN_QUANTITIES["x"] = "position of the joint, on its child, along x_P [m]"
-
-#: Outputs of all joints, and of driven ones.
-FORCES_OF_JOINTS, OF_DRIVES = ("fx", "fy", "force", "moment"), ("torque", "rate", "power")
-
-#: Additional outputs of a flexible link.
-LINK_BENDING = {
-    "deflection": "largest magnitude of the distance from the chord between the beam's ends [m]",
-    "deflection_place": "its position from the beam's first end [m]",
-    "bending": "largest magnitude of the bending moment [N m]",
-    "stress": "largest magnitude of the normal stress [Pa]",
-    "stress_place": "its position from the beam's first end [m]",
-    "compression": "largest compressive force, zero in tension [N]",
-}
-BENDING_QUANTITIES = {**FRAME_BENDING, **LINK_BENDING}
 
 
 #: A number in the SI unit of its own kind.

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from linkages.input.model.experiment import FRAME_BENDING, LINK_BENDING, PIN_QUANTITIES, QUANTITIES
+from linkages.input.model.output_names import FRAME_BENDING, LINK_BENDING, PIN_QUANTITIES, QUANTITIES
 from linkages.mechanics.planar.beams import beam_state, deflection, largest_deflection
 from linkages.mechanics.planar.flexible_dynamics import flexible_energy
 from linkages.mechanics.planar.loads import ENERGY

@@ -14,11 +14,10 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from linkages.base.errors import AssemblyError, InputError, RunError
+from linkages.base.errors import ARGUMENT, AssemblyError, InputError, RunError
 from linkages.base.packages import needed
 from linkages.base.palette import css, repainted
 from linkages.input.files.versions import versions
-from linkages.input.model.experiment import ARGUMENT
 from linkages.show.live.controls import Control, controls, extended
 from linkages.show.live.edits import parts, with_addition, with_model
 from linkages.show.live.exploring import (

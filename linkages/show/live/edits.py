@@ -11,8 +11,8 @@ from linkages.base.arrays import Array
 from linkages.base.brief import counted
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.toml import leaves
-from linkages.input.model.mechanism import Joint
 from linkages.system import System
+from linkages.system.joints import SystemJoint
 
 CLEARANCE = 1e-3  # proposed radial clearance, over the diameter of the bearing [1]
 _OIL = {"oil.grade": 46, "oil.temperature": 40.0}
@@ -48,7 +48,7 @@ def parts(system: System, known: Iterable[str]) -> dict[str, list[dict[str, Any]
     return {"joints": joints, "links": links}
 
 
-def models_of(joint: Joint) -> tuple[str, ...]:
+def models_of(joint: SystemJoint) -> tuple[str, ...]:
     """Return the models that a joint can have."""
     return {"revolute": ("ideal", "lubricated", "dry", "mixed"), "prismatic": ("ideal", "dry")}.get(joint.type, ())
 
@@ -126,7 +126,7 @@ def with_addition(system: System, name: str, kind: str) -> dict[str, Any]:
     return {f"joints.{name}.{key}": value for key, value in new.items()}
 
 
-def _sizes(system: System, joint: Joint) -> list[tuple[str, float]]:
+def _sizes(system: System, joint: SystemJoint) -> list[tuple[str, float]]:
     """Return paths and sizes [m] of a joint's bearing or slot, as of other joints if it has none."""
     kind, keys = ("bearing", ("radius", "length")) if joint.type == "revolute" else ("slot", ("height", "length"))
     others = [own for other in system.joints.values() if (own := getattr(other, kind)) is not None]

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.base.errors import InputError, Status
+from linkages.base.errors import ARGUMENT, InputError, Status
 from linkages.engines.compiled.batch.batch import Batch, run_batch
 from linkages.engines.compiled.effects import check_varied, near, varied
 from linkages.explore.prediction import STATED, WHY, extent, finer, numbers_of, reaches
-from linkages.input.model.experiment import ARGUMENT
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs, unit
 from linkages.show.live.controls import Control

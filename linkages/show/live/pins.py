@@ -15,8 +15,8 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.input.model.mechanism import Joint
 from linkages.system import System
+from linkages.system.joints import SystemJoint
 
 _FAR = 1e-3  # error of a place over a move, from which the move is impossible
 _ROUNDS = 8  # of Newton's method
@@ -131,7 +131,7 @@ class Places:
                 pose = pose + _FREE * found[len(paths) :].reshape(pose.shape)
         return change, float(np.abs(left).max())
 
-    def _across(self, joint: Joint, angles: Mapping[str, float]) -> Array:
+    def _across(self, joint: SystemJoint, angles: Mapping[str, float]) -> Array:
         """Return the matrix of the part of a move that counts: for a guide the one across its line."""
         if joint.type != "prismatic":
             return np.eye(2)

@@ -15,7 +15,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
-from linkages.input.model.experiment import QUANTITIES
+from linkages.input.model.output_names import QUANTITIES
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.results.extremes import extremes, peaks

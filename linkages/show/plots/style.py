@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import notice
 from linkages.base.palette import AXIS_LINE, DATA_LINE, GRID_LINE, GRID_SHADE, INK, LINKS, SIZES, SOFT
-from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES
+from linkages.input.model.output_names import BENDING_QUANTITIES, QUANTITIES
 from linkages.input.model.skeleton import OTHER
 from linkages.show.plots.presentation import presentation, shown
 

@@ -14,9 +14,9 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from linkages.base.arrays import Array
 from linkages.input.files.magnitudes import rounded
-from linkages.input.model.mechanism import Joint
 from linkages.results.assessment import Assessment
 from linkages.results.trajectory import Trajectory
+from linkages.system.joints import SystemJoint
 
 GAP = 0.4  # drawn clearance over the view's radius
 REACH = 1.3  # length of the longest arrow over the view's radius
@@ -53,7 +53,7 @@ def _windows(steps: Array, times: Array) -> list[tuple[int, int]]:
     return list(zip(places[:-1].tolist(), places[1:].tolist(), strict=True))
 
 
-def joint_axes(basis: Array, joint: Joint) -> Array:
+def joint_axes(basis: Array, joint: SystemJoint) -> Array:
     """Return the axes (3, 3) of a joint's view in the world: the plane's; for a prismatic joint x is its axis."""
     if joint.type != "prismatic":
         return basis

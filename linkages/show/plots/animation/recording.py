@@ -19,7 +19,6 @@ from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.input.files.magnitudes import rounded
-from linkages.input.model.mechanism import Joint
 from linkages.results.assessment import Assessment
 from linkages.show.plots.animation.bounds import bounds
 from linkages.show.plots.animation.joint_views import GuideView, JournalView
@@ -28,6 +27,7 @@ from linkages.show.plots.pages import columns, curves, embedded, filled, own_tex
 from linkages.show.plots.style import round_length
 from linkages.system import System
 from linkages.system.ideal_motion import ideal_motion
+from linkages.system.joints import SystemJoint
 from linkages.system.rigid_segments import Segmented, segmented, system_of
 
 _ASPECT = 2.0  # assumed width over height of the window
@@ -95,7 +95,7 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
             view.show(frame, slow * (t - start))
     visualizer.StopRecording()
     visualizer.PublishRecording()
-    places: dict[tuple[float, ...], list[Joint]] = {}
+    places: dict[tuple[float, ...], list[SystemJoint]] = {}
     for joint in assessment.system.joints.values():  # joints at one place get a common label
         places.setdefault(tuple((joint.position / assessment.system.tree.extent).round(6) + 0.0), []).append(joint)
     counts = range(len(times))
@@ -113,7 +113,7 @@ def _label(anchor: str, title: str, lines: Sequence[str] = ()) -> dict[str, Any]
     return {"path": anchor.strip("/").split("/"), "title": title, "lines": list(lines)}
 
 
-def _anchor(shown: System, meshcat: Meshcat, joint: Joint) -> str:
+def _anchor(shown: System, meshcat: Meshcat, joint: SystemJoint) -> str:
     """Fix an anchor to the link of a joint; return its path in the scene."""
     name, at = (joint.child, joint.position) if joint.child != "world" else (joint.parent, joint.position_on_parent)
     link = shown.links[name]

@@ -13,11 +13,11 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from linkages.base.arrays import Array
 from linkages.base.palette import MARK
-from linkages.input.model.mechanism import Joint
 from linkages.results.assessment import Assessment
 from linkages.show.plots.animation.magnified import GROUND, joint_axes
 from linkages.show.plots.drawing.shapes import below, hatched
 from linkages.show.plots.style import asked_points, round_length
+from linkages.system.joints import SystemJoint
 
 # lengths over the linkage's size
 _LINE = 0.004  # width of a line
@@ -58,7 +58,7 @@ class Surroundings:
         self._lines("paths", paths, Rgba(*mark, 0.8))
         return self._scale()
 
-    def _ground(self, joint: Joint) -> None:
+    def _ground(self, joint: SystemJoint) -> None:
         """Mark a joint on the ground: a pivot on a support for a revolute joint, a rail for a prismatic one."""
         size, normal = self.size, np.array([0.0, -1.0])
         if joint.type == "revolute":
