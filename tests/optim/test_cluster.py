@@ -76,7 +76,7 @@ def test_a_killed_worker_loses_nothing(tmp_path, loopback):
     expected = run(toy.make_task(generations=8), tmp_path / "here.sqlite")
     calls, after = [], set()
     with cluster(address, REMEDY) as (executor, threads):
-        assert threads >= 1
+        assert threads() >= 1
 
         def evaluate(designs):
             calls.append(len(designs))
@@ -125,29 +125,28 @@ def test_workers_of_other_versions_are_refused(loopback, monkeypatch):
     from linkages.engines import cluster
 
     address, _ = loopback
-    here = cluster.versions()
+    here = cluster.determining()
 
     def pretended():
         return {**here, "numpy": "0.1"} if os.getpid() != PID else here
 
     PID = os.getpid()
-    monkeypatch.setattr(cluster, "versions", pretended)
+    monkeypatch.setattr(cluster, "determining", pretended)
     with pytest.raises(RunError, match=r"worker tcp://\S+ has numpy 0\.1, here is"), cluster.cluster(address, REMEDY):
         pass
 
 
 @pytest.mark.slow
-def test_no_workers(monkeypatch):
+def test_no_workers():
     from linkages import RunError
     from linkages.engines import cluster
 
-    monkeypatch.setattr(cluster, "_WORKER", 1.0)
     scheduler = start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     try:
         address = address_of(scheduler)
         with (
             pytest.raises(RunError, match="has no workers; start some with: dask worker"),
-            cluster.cluster(address, REMEDY),
+            cluster.cluster(address, REMEDY, wait=0.5),
         ):
             pass
     finally:
