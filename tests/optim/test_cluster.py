@@ -5,6 +5,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -153,6 +154,55 @@ def test_no_workers():
         scheduler.kill()
         scheduler.wait()
         scheduler.stderr.close()
+
+
+@pytest.mark.slow
+def test_a_scheduler_is_found_by_its_file_and_waited_for(tmp_path):
+    """The command begins before the scheduler, which begins before its worker."""
+    from linkages.engines.cluster import cluster
+
+    file, ended = tmp_path / "dask.json", []
+    command = ("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+
+    def work():
+        with cluster(str(file), REMEDY, wait=100.0) as (executor, threads):
+            ended.append((executor.submit(sum, [1, 2]).result(), threads()))
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    processes = [start(*command, "--scheduler-file", str(file))]
+    try:
+        address_of(processes[0])
+        words = ("--no-nanny", "--nthreads", "1", "--no-dashboard", "--scheduler-file", str(file))
+        processes.append(start("distributed.cli.dask_worker", *words))
+        thread.join()
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+            process.stderr.close()
+    assert ended == [(3, 1)]
+
+
+def test_a_file_that_no_scheduler_writes_is_not_waited_for_longer_than_asked(tmp_path, capsys):
+    from linkages.cli.main import main
+
+    words = ["tolerances", "slidercrank_tolerances", "--out", str(tmp_path / "out"), "--cluster"]
+    file = str(tmp_path / "dask.json")
+    assert main([*words, file, "--wait", "0"]) == 2
+    remedy = f"start one with: dask scheduler --scheduler-file {file}; or give a longer --wait"
+    assert capsys.readouterr().err == f"error: --cluster: {file}: no scheduler has written this file; {remedy}\n"
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["--wait", "5"], "--wait: 5: belongs to --cluster; give the address, or remove it"),
+    (["--wait", "-5", "--cluster", "x.json"], "--wait: -5: must be zero or positive"),
+])  # fmt: skip
+def test_a_time_to_wait_is_checked(tmp_path, capsys, words, said):
+    from linkages.cli.main import main
+
+    assert main(["tolerances", "slidercrank_tolerances", "--out", str(tmp_path / "out"), *words]) == 2
+    assert capsys.readouterr().err == f"error: {said}\n"
 
 
 STUDY = """experiment = "slider_crank_dry.toml"
