@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -98,19 +98,26 @@ def add_drive(parser: argparse.ArgumentParser, defined: str) -> None:
 
 
 def add_cluster(parser: argparse.ArgumentParser) -> None:
-    """Add ``--cluster``."""
-    parser.add_argument("--cluster", metavar="ADDRESS", help="run on a Dask cluster, tcp://host:8786")
+    """Add ``--cluster`` and ``--wait``."""
+    meaning = "run on a Dask cluster: tcp://host:8786, or the file (.json) that its scheduler writes"
+    parser.add_argument("--cluster", metavar="ADDRESS", help=meaning)
+    meaning = "with --cluster: time to wait for the scheduler and a first worker; default: 60 s"
+    parser.add_argument("--wait", type=seconds, metavar="SECONDS", help=meaning)
 
 
 @contextmanager
-def workers(options: argparse.Namespace, remedy: str) -> Iterator[tuple[Executor | None, int]]:
-    """Provide the executor of ``--cluster`` and its number of threads, None and 0 without it; see `cluster`."""
+def workers(options: argparse.Namespace, remedy: str) -> Iterator[tuple[Executor | None, Callable[[], int]]]:
+    """Provide the executor of ``--cluster`` and the number of its threads by now; without it None and 0."""
     if not options.cluster:
-        yield None, 0
+        if options.wait is not None:
+            raise InputError("--wait", f"{options.wait:g}", "belongs to --cluster; give the address, or remove it")
+        yield None, lambda: 0
         return
-    from linkages.engines.cluster import cluster
+    from linkages.engines.cluster import WAIT, cluster
 
-    with cluster(options.cluster, remedy) as found:
+    if options.wait is not None and not options.wait >= 0.0:
+        raise InputError("--wait", f"{options.wait:g}", "must be zero or positive")
+    with cluster(options.cluster, remedy, WAIT if options.wait is None else options.wait) as found:
         yield found
 
 
@@ -244,7 +251,7 @@ def written(out: Path, names: Iterable[str]) -> str:
 
 
 #: Options with a value that say where results go and where work is done: a repetition does not need them.
-_OWN_PLACE = frozenset({"--out", "--cluster"})
+_OWN_PLACE = frozenset({"--out", "--cluster", "--wait"})
 
 
 def record(options: argparse.Namespace, folder: Path, title: str, question: str, answer: list[str], table: str) -> None:

@@ -11,6 +11,7 @@
 | repetition     | settings of the run that estimates the errors of a run                      |
 | threads        | independent runs in threads                                                 |
 | cluster        | an executor on a Dask cluster                                               |
+| parcels        | what many pieces of work for other processes share                          |
 | precompilation | plans to compile the engines' kernels on an empty cache                     |
 
 An engine is a module with ``simulate(system, progress) -> Trajectory`` and ``longest_step(system)``, the longest step

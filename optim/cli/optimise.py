@@ -18,6 +18,7 @@ from linkages.show.plots.presentation import presentation
 from optim.cli.seeds import seeds_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from concurrent.futures import Executor
 
     from linkages.base.arrays import Array
@@ -152,7 +153,9 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     return root, jobs
 
 
-def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, workers: int) -> dict[str, Any]:
+def _solve(
+    job: _Task, options: argparse.Namespace, executor: Executor | None, workers: Callable[[], int]
+) -> dict[str, Any]:
     """Solve one study with one seed; writes its folder and returns the content of ``result.json``."""
     import numpy as np
 
@@ -164,7 +167,7 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
     study = job.study
     figure = None if options.no_plots else job.folder / f"{FIGURE}.{presentation().format}"
     observe = Observer(study, job.seed, figure)
-    evaluator = Evaluator(study, executor, 2 * workers, options.threads, progress=observe.runs)
+    evaluator = Evaluator(study, executor, lambda: 2 * workers(), options.threads, progress=observe.runs)
     checks: dict[str, Any] = {}
     if options.check:
         checks["start"] = _check(study, study.nominal if job.start is None else job.start, evaluator, "start")

@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
         folder.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
     with workers(options, "continue with --resume") as (executor, count):
-        evaluator = Evaluator(study, executor, 2 * count, options.threads)
+        evaluator = Evaluator(study, executor, lambda: 2 * count(), options.threads)
         advance = progress_bar(f"{study.source.stem}: machines")
         try:
             result, sample = sampled(study, folder / STORE, seed, options.samples, evaluator, options.resume, advance)

@@ -4,6 +4,7 @@
 |--------------|------------------------------------------------------------------------------|
 | optimise     | `optimise`: a study solved; ``result.json``, which can start another study   |
 | recorder     | evaluations and iterations in a store: stopped at any moment, resumed by replay |
+| known_designs | evaluations by design, in little memory                                     |
 | verification | an optimum run again: on Drake, more tightly, from unseen starts             |
 | derivative_check | sensitivities of runs against differences of designs                     |
 | tolerances   | `tolerances`: machines of a study with ``[scatter]``, judged by its constraints |

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -104,33 +105,44 @@ def variance_shares(normal: Array, values: Array) -> Shares | None:
     machines, or the sample is short.
     """
     m, n = normal.shape
-    pairs = [(i, j) for i in range(n) for j in range(i)]
-    alone = np.stack([normal, normal**2 - 1.0, normal**3 - 3.0 * normal], axis=2)
-    if m < _EACH * (3 * n + len(pairs) + 1):
-        alone, pairs = alone[:, :, :1], []
     if m < _EACH * (n + 1):
         return None
+    pairs = [(i, j) for i in range(n) for j in range(i)]
+    degree = 3
+    if m < _EACH * (3 * n + len(pairs) + 1):
+        degree, pairs = 1, []
     values, group = values / _size(values), np.arange(m) % _GROUPS
     if any(_constant(values[group != k]) for k in range(_GROUPS)):  # few machines make all of the variance
         return None
-    terms = np.column_stack([alone.reshape(m, -1), *(normal[:, i] * normal[:, j] for i, j in pairs)])
-    owners = np.zeros((n, terms.shape[1]), dtype=bool)
-    owners[:, : n * alone.shape[2]] = np.repeat(np.eye(n, dtype=bool), alone.shape[2], axis=1)
+    factors = [_triangular(normal[k::_GROUPS], values[k::_GROUPS], degree, pairs) for k in range(_GROUPS)]
+    owners = np.zeros((n, degree * n + len(pairs)), dtype=bool)
+    owners[:, : degree * n] = np.repeat(np.eye(n, dtype=bool), degree, axis=1)
     together = owners.copy()
-    for k, pair in enumerate(pairs, n * alone.shape[2]):
+    for k, pair in enumerate(pairs, degree * n):
         together[list(pair), k] = True
 
-    def estimate(rows: NDArray[np.bool_]) -> tuple[Array, float]:
-        centred = terms[rows] - terms[rows].mean(axis=0)
-        y = values[rows] - values[rows].mean()
-        factors, *_ = np.linalg.lstsq(centred, y, rcond=None)
-        each = factors * (centred.T @ y) / (y @ y)
+    def estimate(groups: Iterable[int]) -> tuple[Array, float]:
+        """Return first and total shares of the machines of these groups, (2, n), and what no term explains."""
+        centred = np.asarray(np.linalg.qr(np.vstack([factors[k] for k in groups]), mode="r"))[
+            1:, 1:
+        ]  # without the mean
+        terms, y = centred[:, :-1], centred[:, -1]
+        solution, *_ = np.linalg.lstsq(terms, y, rcond=m * np.finfo(float).eps)
+        each = solution * (terms.T @ y) / (y @ y)
         return np.stack([owners @ each, together @ each]), float(1.0 - each.sum())
 
-    shares, rest = estimate(np.ones(m, dtype=bool))
-    partial = np.array([estimate(group != k)[0] for k in range(_GROUPS)])
+    shares, rest = estimate(range(_GROUPS))
+    partial = np.array([estimate(j for j in range(_GROUPS) if j != k)[0] for k in range(_GROUPS)])
     errors = np.sqrt((_GROUPS - 1) * partial.var(axis=0))
     return Shares(shares[0], errors[0], shares[1], errors[1], rest)
+
+
+def _triangular(normal: Array, values: Array, degree: int, pairs: Sequence[tuple[int, int]]) -> Array:
+    """Return the triangular factor of 1, the terms and the values of some machines: all that a regression needs."""
+    alone = np.stack([normal, normal**2 - 1.0, normal**3 - 3.0 * normal], axis=2)[:, :, :degree]
+    products = [normal[:, i] * normal[:, j] for i, j in pairs]
+    columns = [np.ones(len(values)), alone.reshape(len(values), -1), *products, values]
+    return np.asarray(np.linalg.qr(np.column_stack(columns), mode="r"))
 
 
 def yield_of(
