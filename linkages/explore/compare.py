@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from linkages.input.model.experiment import Experiment
 from linkages.results.assessment import touching
 from linkages.results.divergence import dense, horizon
 from linkages.results.impacts import Impact, impacts
+from linkages.results.shape import RunWarning
 from linkages.results.soundness import Soundness
 from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.warnings import warnings_of_run
@@ -69,7 +69,7 @@ class Comparison(Brief):
         Columns without a difference, such as forces in a singular position.
     contacts : list of (Impact, Impact)
         First contacts of each joint up to `until`, in pairs of both engines.
-    warnings : dict of str to list of dict
+    warnings : dict of str to list of RunWarning
         As in ``summary.json``, by engine.
     """
 
@@ -78,7 +78,7 @@ class Comparison(Brief):
     differences: dict[str, Difference]
     meaningless: frozenset[str]
     contacts: list[tuple[Impact, Impact]]
-    warnings: dict[str, list[dict[str, Any]]]
+    warnings: dict[str, list[RunWarning]]
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         line = f"{' and '.join(self.runs)}, compared up to {self.until:g} s"
