@@ -158,7 +158,7 @@ def test_a_column_for_what_is_larger_in_the_whole_run_is_there_only_if_something
 
 
 def test_only_headings_name_the_column_of_the_whole_run(study):
-    summary = linkages.summarize(study)
+    summary = linkages.summarize(study).content
     for numbers in (summary, summary["windows"]["steady"]):
         for drives in (numbers["drives"], numbers["ideal"]["drives"]):
             next(iter(drives.values()))["fluctuation"] = 0.02

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from linkages.base.errors import InputError, Status
 from linkages.cli.options import (
@@ -24,6 +24,7 @@ from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.results.assessment import Assessment
+    from linkages.results.shape import Summary
     from linkages.results.trajectory import Trajectory
 
 HELP = "run an experiment; write numbers, figures and an animation"
@@ -119,12 +120,12 @@ def run(options: argparse.Namespace) -> int:
     result = assess(system, options.engine, False, progress)
     silence.stage = "results"
     summary = unjudged(result)
-    say(format_table(summary))
+    say(format_table(summary.content))
     with out as folder:
         if not options.no_error_estimate:
             result = estimate_error(result, progress)
-        summary |= judge(result, summary)
-        for line in [*format_judgement(summary), "", *answer(summary, str(options.file))]:
+        summary = judge(result, summary)
+        for line in [*format_judgement(summary.content), "", *answer(summary.content, str(options.file))]:
             say(line)
         if options.verbose:
             say(f"\n{_details(result, summary)}")
@@ -144,7 +145,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.drawing import draw, svg
             from linkages.show.plots.histories import write_figures
 
-            write_figures(result, folder, summary["error"])
+            write_figures(result, folder, summary.error)
             (folder / "drawing.svg").write_text(svg(draw(system)), encoding="utf-8")
         if not options.no_animation:
             silence.stage = "animation"
@@ -162,18 +163,18 @@ def _failed(result: Assessment) -> dict[str, Trajectory]:
     return {name: run for name, run in runs if run is not None and run.status is not Status.OK}
 
 
-def _details(result: Assessment, summary: dict[str, Any]) -> str:
+def _details(result: Assessment, summary: Summary) -> str:
     described = result.system.description
-    cut, made = summary["mechanism"]["cut"], summary["provenance"]
+    cut, made = summary.mechanism.cut, summary.provenance
     step = engine(result.engine).longest_step(result.system)  # limited in addition to the accuracy
     steps = f", steps of at most {step:g} s" if step else ""
-    numbers = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in made["run"].items())
+    numbers = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in made.run.items())
     lines = [
         f"experiment {described.source}, mechanism {described.machine_source}",
-        f"joints cut to get a tree: {', '.join(cut['play'] + cut['ideal']) or 'none'}",
+        f"joints cut to get a tree: {', '.join(cut.play + cut.ideal) or 'none'}",
         f"accuracy {result.system.settings.accuracy:g}{steps}",
-        f"{numbers}; {made['wall_time']:.3g} s for the run alone",
-        "versions: " + ", ".join(f"{name} {version}" for name, version in made["versions"].items()),
+        f"{numbers}; {made.wall_time:.3g} s for the run alone",
+        "versions: " + ", ".join(f"{name} {version}" for name, version in made.versions.items()),
     ]
     return "\n".join(lines)
 

@@ -9,7 +9,7 @@ from linkages.input.model.experiment_tables import FILM_ACCURACY
 from linkages.input.model.link_tables import MOST_SEGMENTS
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-from linkages.system.rigid_segments import system_of
+from linkages.system.rigid_segments import has_segments
 
 _SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, which no comparison shows
 _FILM = 0.25  # ratio of the errors that films with history permit, which are of first order: the run takes four times
@@ -31,7 +31,7 @@ def tightened(system: System, run: Trajectory, ratio: float) -> System:
     step = float(min(_SHORTER * _typical_step(times), times[-1] / _FEWEST))
     finer = {"solver.accuracy": accuracy, "solver.max_step": step} | _finer_films(system)
     if len(system.tree.modal_frequencies):
-        if system_of(system, run.columns) is not system:
+        if has_segments(system, run.columns):
             finer |= _finer_segments(system)
         elif accuracy >= _FINEST:
             finer |= {"solver.accuracy": min(accuracy, _LOOSEST), "solver.resolve_vibrations": True}

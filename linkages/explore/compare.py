@@ -13,7 +13,6 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from linkages.input.model.capabilities import Analysis
 from linkages.results.assessment import touching
 from linkages.results.divergence import dense, horizon
 from linkages.results.impacts import Impact, impacts
+from linkages.results.shape import RunWarning
 from linkages.results.soundness import Soundness
 from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.warnings import warnings_of_run
@@ -82,7 +82,7 @@ class Comparison(Brief):
         Columns without a difference, such as forces in a singular position.
     contacts : list of (Impact, Impact)
         First contacts of each joint up to `until`, in pairs of both engines.
-    warnings : dict of str to list of dict
+    warnings : dict of str to list of RunWarning
         As in ``summary.json``, by engine.
     """
 
@@ -91,7 +91,7 @@ class Comparison(Brief):
     differences: dict[str, Difference]
     meaningless: frozenset[str]
     contacts: list[tuple[Impact, Impact]]
-    warnings: dict[str, list[dict[str, Any]]]
+    warnings: dict[str, list[RunWarning]]
     segments: dict[str, Difference] = field(default_factory=dict)
     late: bool = False
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from linkages.engines.repetition import tightened
 from linkages.explore.prediction import STATED, finer, numbers_of, reaches, warnings_of
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs
+from linkages.results.shape import RunWarning
 from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics
 from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.validity import warning
@@ -57,7 +58,7 @@ class Sensitivities(Brief):
         squares and works, of the error of their quadrature within the steps.
     checks : dict of dict of float
         Differences of runs, by path and key of peaks; empty unless requested.
-    warnings : list of dict
+    warnings : list of RunWarning
         As in ``summary.json``.
     run : Trajectory
     window : (float, float)
@@ -74,7 +75,7 @@ class Sensitivities(Brief):
     derivatives: dict[str, dict[str, float | None]]
     errors: dict[str, dict[str, float | None]]
     checks: dict[str, dict[str, float]]
-    warnings: list[dict[str, Any]]
+    warnings: list[RunWarning]
     run: Trajectory
     window: tuple[float, float]
     times: dict[str, float]
@@ -258,7 +259,7 @@ class _Differentiated:
         output, factor = (f"{name}.power", self.span[1] - self.span[0]) if kind == "work" else (name, 1.0)
         return factor * float(np.abs(self.part[output]).max())
 
-    def _warnings(self, peaks: Mapping[str, Found]) -> Iterator[dict[str, Any]]:
+    def _warnings(self, peaks: Mapping[str, Found]) -> Iterator[RunWarning]:
         """Warn of peaks, by output, whose derivatives mean less, and of the end of the derivatives."""
         for name, peak in peaks.items():
             if (mark := _mark(self.part, name, peak)) is not None:

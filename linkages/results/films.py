@@ -17,6 +17,7 @@ from linkages.laws.contact.material import bisect
 from linkages.laws.film.films import film_force
 from linkages.laws.film.map_nodes import PLAIN_CELLS, finite_force
 from linkages.results.extremes import integral
+from linkages.results.shape import Heat, RunWarning
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import warning
 from linkages.system import System
@@ -64,11 +65,11 @@ class JointHeat:
         return self.balanced - self.temperature
 
     @property
-    def content(self) -> dict[str, Any]:
-        """Return the numbers of ``summary.json``."""
+    def numbers(self) -> Heat:
+        """Return the numbers of a summary."""
         names = ("temperature", "viscosity", "power", "flow", "by_flow", "by_conduction", "change")
         numbers = {name: getattr(self, name) for name in names}
-        return {"model": "lumped", **numbers, "from": self.span[0], "to": self.span[1]}
+        return Heat(model="lumped", **numbers, **{"from": self.span[0]}, to=self.span[1])
 
 
 def heated(system: System) -> list[str]:
@@ -96,7 +97,7 @@ def joint_heat(system: System, run: Trajectory, name: str, span: tuple[float, fl
     )
 
 
-def heat_warnings(heats: dict[str, JointHeat]) -> list[dict[str, Any]]:
+def heat_warnings(heats: dict[str, JointHeat]) -> list[RunWarning]:
     """Warn of temperatures that have not settled, and of balances over a motion that does not repeat."""
     found = []
     restless = [f"{abs(heat.change):.2g} K in {name}" for name, heat in heats.items() if abs(heat.change) > _UNSETTLED]

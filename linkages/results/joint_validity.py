@@ -21,6 +21,7 @@ from linkages.laws.film.map_nodes import CENTRE
 from linkages.laws.viscosity import DENSITY_15, density
 from linkages.results.films import film_error
 from linkages.results.impacts import Impact
+from linkages.results.shape import RunWarning
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import FLEXIBLE_RULES, Rules, Violation, flexible_cases
 from linkages.system import System
@@ -75,7 +76,7 @@ class Touch(NamedTuple):
 RULES, DEPTH_RULES = Rules[JournalCase](), Rules[Touch]()
 
 
-def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
+def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[RunWarning]:
     """Warn of laws and flexible-link models used outside their validity in a run, one entry for each rule."""
     cases = []
     for k, ((name, _), model) in enumerate(zip(system.tree.contacts, system.models, strict=False)):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from linkages.input.files.reading import read_arrays
 from linkages.input.functions.recorded_tables import DataColumn
 from linkages.results.akima import interpolated
 from linkages.results.outputs.registry import check_output, unit
+from linkages.results.shape import Comparison
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -45,18 +45,18 @@ class Measured:
         return self.values - self.computed
 
     @property
-    def content(self) -> dict[str, Any]:
-        """Return an entry of ``measured`` in ``summary.json``."""
+    def comparison(self) -> Comparison:
+        """Return an entry of ``measured`` in a summary."""
         residual = self.residual
         k = int(np.abs(residual).argmax())
-        return {
-            "column": self.column,
-            "rows": len(self.time),
-            "rms": float(np.sqrt(np.mean(residual**2))),
-            "largest": float(residual[k]),
-            "time": float(self.time[k]),
-            "peak": float(np.abs(self.values).max()),
-        }
+        return Comparison(
+            column=self.column,
+            rows=len(self.time),
+            rms=float(np.sqrt(np.mean(residual**2))),
+            largest=float(residual[k]),
+            time=float(self.time[k]),
+            peak=float(np.abs(self.values).max()),
+        )
 
 
 def check_data(system: System) -> None:

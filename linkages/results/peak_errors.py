@@ -53,7 +53,7 @@ def errors(
     """Estimate the errors of the peaks of a run or a part of it, by key, in the peak's unit; None: no estimate.
 
     `run` (with dense output) and `tighter` are over the same time; `peaks` and `finer` are their peaks, see
-    `linkages.results.characteristics.peaks_by_key`; `parted` has the times of divergence and of convergence [s], see
+    `linkages.results.shape.peaks_by_key`; `parted` has the times of divergence and of convergence [s], see
     `linkages.results.divergence.apart`; `noise` has the rounding of each column.
     """
     start, end = (float(tighter.time[k]) for k in (0, -1))

@@ -22,7 +22,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
@@ -32,6 +31,7 @@ from linkages.base.errors import Status
 from linkages.input.functions.definitions import TIME, inputs_of
 from linkages.results.akima import interpolated
 from linkages.results.divergence import configuration
+from linkages.results.shape import FinalMotion
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -81,9 +81,9 @@ class Motion:
     end: float = 0.0
 
     @property
-    def content(self) -> dict[str, Any]:
-        """Return the entry ``motion`` of ``summary.json``."""
-        return {key: getattr(self, key) for key in ("kind", "why", "period", "periods", "since")}
+    def summary(self) -> FinalMotion:
+        """Return the entry ``motion`` of a summary."""
+        return FinalMotion(kind=self.kind, why=self.why, period=self.period, periods=self.periods, since=self.since)
 
     @property
     def cycle(self) -> tuple[float, float] | None:

@@ -11,6 +11,7 @@ import numpy as np
 from linkages.mechanics.planar.record_types import SECTION
 from linkages.results.impacts import Impact
 from linkages.results.link_loads import row_markers
+from linkages.results.shape import RunWarning
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 from linkages.system.flexible_link import FlexibleLink
@@ -18,11 +19,9 @@ from linkages.system.flexible_link import FlexibleLink
 Case = TypeVar("Case")
 
 
-def warning(
-    kind: str, time: float | None, what: str, remedy: str, changes: dict[str, Any] | None = None
-) -> dict[str, Any]:
+def warning(kind: str, time: float | None, what: str, remedy: str, changes: dict[str, Any] | None = None) -> RunWarning:
     """Make an entry of ``warnings`` in ``summary.json``; docs/outputs.md explains the kinds."""
-    return {"kind": kind, "time": time, "what": what, "remedy": remedy, "changes": changes or {}}
+    return RunWarning(kind=kind, time=time, what=what, remedy=remedy, changes=changes or {})
 
 
 class Violation(NamedTuple):
@@ -56,7 +55,7 @@ class Rules(Generic[Case]):
 
         return add
 
-    def broken(self, cases: Sequence[tuple[str, Case]]) -> list[dict[str, Any]]:
+    def broken(self, cases: Sequence[tuple[str, Case]]) -> list[RunWarning]:
         """Return a warning for each rule violated by the named cases."""
         result = []
         for kind, what, remedy, heed, find in self._rules:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from linkages.base.errors import Status
 from linkages.results.assessment import Assessment
@@ -11,12 +10,12 @@ from linkages.results.films import heat_warnings
 from linkages.results.impacts import Impact
 from linkages.results.joint_validity import outside
 from linkages.results.peak_errors import Peaks, largest_of_quantities, quantity
+from linkages.results.shape import RunWarning
 from linkages.results.soundness import BOUNDED, CHANGE_POINT, DEAD_POINT, ONE_BRANCH, SingularPosition, Soundness
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import warning
 from linkages.system import System
-from linkages.system.assembly import locking_gears
-from linkages.system.rigid_segments import system_of
+from linkages.system.rigid_segments import has_segments
 
 ROUGH = 0.1  # error over a peak that gives a warning
 _NOTHING = 1e-6  # relative to the largest peak of its kind: a smaller peak is rounding, and its change is meaningless
@@ -32,31 +31,32 @@ _CONTINUATION = {
 }
 
 
-def warnings(assessment: Assessment, peaks: Peaks, error: Peaks) -> list[dict[str, Any]]:
+def warnings(assessment: Assessment, peaks: Peaks, error: Peaks) -> list[RunWarning]:
     """List the warnings of an assessment with these peaks and errors, both by the peaks' keys."""
     system, run, tighter = assessment.system, assessment.run, assessment.tighter
     sound, ideal = assessment.sound, assessment.ideal_sound
     estimated = tighter is not None and tighter.status is Status.OK
     unknown = [key for key in error if estimated and error[key] is None and peaks[key] is not None]
+    segmented = has_segments(system, run.columns)
+    finer, model = refinements(system, segmented), [*_unstretched(system, segmented), *_geared(system)]
     return [
         *_singular(sound.singular, () if ideal is None else ideal.singular),
         *_undetermined(sound.indeterminate, () if ideal is None else ideal.indeterminate),
-        *rough(tighter, peaks, error, assessment.noise, refinements(system, run)),
-        *_chaotic(assessment.apart, unknown, refinements(system, run)),
+        *rough(tighter, peaks, error, assessment.noise, finer),
+        *_chaotic(assessment.apart, unknown, finer),
         *outside(system, run, assessment.contacts),
-        *_unstretched(system, run),
-        *_geared(system),
+        *model,
         *heat_warnings(assessment.heat),
     ]
 
 
-def warnings_of_run(system: System, sound: Soundness, contacts: Sequence[Impact]) -> list[dict[str, Any]]:
+def warnings_of_run(system: System, sound: Soundness, contacts: Sequence[Impact]) -> list[RunWarning]:
     """List the warnings of one run: singular positions, indeterminate forces, laws outside their validity."""
     own = (*_singular(sound.singular, ()), *_undetermined(sound.indeterminate, ()))
     return [*own, *outside(system, sound.motion, contacts)]
 
 
-def _singular(run: Sequence[SingularPosition], ideal: Sequence[SingularPosition]) -> list[dict[str, Any]]:
+def _singular(run: Sequence[SingularPosition], ideal: Sequence[SingularPosition]) -> list[RunWarning]:
     """Warn of singular positions on or near a run and its ideal motion, in one entry."""
     found = run or ideal
     if not found:
@@ -74,7 +74,7 @@ def _singular(run: Sequence[SingularPosition], ideal: Sequence[SingularPosition]
     return [warning("singular", found[0].time, what, remedy)]
 
 
-def _undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, Any]]:
+def _undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[RunWarning]:
     """Warn of columns that are statically indeterminate in a run, or in the linkage with ideal joints."""
     found = [column for column in run or ideal if column.rpartition(".")[2] in ("force", "torque")]
     if not found:
@@ -88,7 +88,7 @@ def _undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, An
     return [warning("indeterminate", None, what, remedy)]
 
 
-def refinements(system: System, run: Trajectory) -> tuple[str, ...]:
+def refinements(system: System, segmented: bool) -> tuple[str, ...]:
     """Name the settings beside solver.accuracy that reduce the errors of a run, most effective ones first."""
     found = list[str]()
     for name in system.film_steps:
@@ -97,14 +97,14 @@ def refinements(system: System, run: Trajectory) -> tuple[str, ...]:
             found.append(f"shorten joints.{name}.history.step, or leave it out: the run then chooses the film step")
         else:
             found.append(f"reduce joints.{name}.history.accuracy")
-    if system_of(system, run.columns) is not system:
+    if segmented:
         found += [f"increase links.{name}.segments" for name in system.flexible]
     return tuple(found)
 
 
 def rough(
     tighter: Trajectory | None, peaks: Peaks, errors: Peaks, noise: Mapping[str, float], refinements: Sequence[str] = ()
-) -> list[dict[str, Any]]:
+) -> list[RunWarning]:
     """Warn of peaks whose errors exceed a tenth of them, and of errors that could not be estimated.
 
     Peaks below the rounding level of their columns count as zero and give no warning. `refinements` name settings
@@ -127,9 +127,7 @@ def rough(
     return [warning("rough", None, f"the estimated errors are {names}", remedy)]
 
 
-def _chaotic(
-    apart: tuple[float, float] | None, unknown: Sequence[str], refinements: Sequence[str]
-) -> list[dict[str, Any]]:
+def _chaotic(apart: tuple[float, float] | None, unknown: Sequence[str], refinements: Sequence[str]) -> list[RunWarning]:
     """Warn of peaks without error estimate because a run and its repetition diverge."""
     if apart is None or not unknown:
         return []
@@ -144,13 +142,13 @@ def _chaotic(
     return [warning("rough", apart[0], what, remedy)]
 
 
-def _geared(system: System) -> list[dict[str, Any]]:
+def _geared(system: System) -> list[RunWarning]:
     """Warn of gears that lock each other, and of joints of geared wheels: gears omit the tooth forces on the pins."""
     gears, every = system.parts["closed"], system.parts["meshes"]
     joints = dict.fromkeys(name for gear in every.values() for name in gear.joints)
     if not every:
         return []
-    locking, found = locking_gears(system.tree, system.tree.loop_rows, system.assembly.q), []
+    locking, found = system.locking_gears, []
     if locking:
         names = _listed([[*gears][k] for k in locking])
         stuck = _listed(list(dict.fromkeys(name for k in locking for name in [*gears.values()][k].joints)))
@@ -165,10 +163,10 @@ def _geared(system: System) -> list[dict[str, Any]]:
     return [*found, warning("gear", None, what, remedy)]
 
 
-def _unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
+def _unstretched(system: System, segmented: bool) -> list[RunWarning]:
     """Warn of links whose axial deformation rigid segments omit without the setting axial = 0."""
     names = [name for name in system.flexible if system.parts["links"][name].axial != 0]
-    if not names or system_of(system, run.columns) is system:
+    if not names or not segmented:
         return []
     what = f"the rigid segments of {_listed(names)} are inextensible: axial modes are omitted"
     return [warning("segments", None, what, "use the compiled engine, or set axial = 0")]

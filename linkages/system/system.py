@@ -22,7 +22,7 @@ from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
 from linkages.mechanics.planar.record_types import BEAM, STATION, STATION_MODE
-from linkages.system.assembly import Assembly, assemble, balanced, independent
+from linkages.system.assembly import Assembly, assemble, balanced, independent, locking_gears
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.feedforward import with_feedforward
@@ -197,6 +197,11 @@ class System(Unassembled):
         straight = whole(resting_offsets(self, whole)) if resting else whole()
         check_lightness(self.tree, self._given_masses, straight.q)
         return deflected(self, straight) if self.tree.flexible else straight
+
+    @cached_property
+    def locking_gears(self) -> list[int]:
+        """Find the gears, by index, that contradict each other or the loops; see `assembly.locking_gears`."""
+        return locking_gears(self.tree, self.tree.loop_rows, self.assembly.q)
 
     @property
     def has_light_links(self) -> bool:

@@ -9,6 +9,7 @@ It may import errors and `flexible`.
 | general_tolerances | general tolerances of ISO 2768                                      |
 | shipped            | mechanisms and experiments of the package                           |
 | toml               | typed tables, comments as sources, values replaced by dotted path   |
+| entry              | objects of files of results: attributes in a program, keys in a file |
 | table_keys         | keys of tables: allowed values, units                               |
 | unit_conversion    | values with units -> SI units                                       |
 | formula            | arithmetic on names, parsed and never executed                      |

@@ -16,6 +16,7 @@ from typing import Any
 from linkages.base import disk
 from linkages.base.errors import InputError, RunError
 from linkages.base.signals import deferred
+from linkages.input.files.entry import content_of
 
 _NO_FILE_NAME = re.compile(r"[%/\\\0]")
 _NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
@@ -78,6 +79,7 @@ def locked(path: Path, content: Path) -> Iterator[None]:
 
 def json_text(content: Any, indent: int | None = None) -> str:
     """Return JSON with a final newline, in one line without `indent`; numbers that are not finite become null."""
+    content = content_of(content)
     try:
         return json.dumps(content, indent=indent, allow_nan=False) + "\n"
     except ValueError:

@@ -17,9 +17,10 @@ from linkages.base.arrays import Array
 from linkages.base.errors import Status
 from linkages.input.model.output_names import QUANTITIES
 from linkages.results.assessment import Assessment
-from linkages.results.characteristics import numbers, peaks_by_key
+from linkages.results.characteristics import numbers
 from linkages.results.extremes import extremes, peaks
 from linkages.results.outputs.registry import names, unit
+from linkages.results.shape import peaks_by_key
 from linkages.results.trajectory import Trajectory
 from linkages.show.plots.drawing.drawing import Drawing
 from linkages.show.plots.pages import columns, curves, short
@@ -81,9 +82,13 @@ def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, A
     """Return the numbers of the page for a run, which can take longer than the run: `motion` (lines) and `table`."""
     run, span, report = assessment.run, assessment.windows.get(assessment.reported), assessment.reported
     part = run if span is None else run.within(*span)
-    peaks = numbers(assessment.system, part, assessment.meaningless, assessment.contacts)
+    peaks = numbers(assessment.system, part, assessment.meaningless, assessment.contacts).content
     windows = {} if span is None else {report: {"from": span[0], "to": span[1], **peaks}}
-    told = {"motion": assessment.motion.content, "start_up": assessment.start_up, "duration": float(run.time[-1])}
+    told = {
+        "motion": assessment.motion.summary.content,
+        "start_up": assessment.start_up,
+        "duration": float(run.time[-1]),
+    }
     about = {"report": report, "windows": windows, "no_ideal": assessment.no_ideal}
     lines = motion_lines(peaks | told | about)
     return {"motion": lines, "table": _table(assessment, peaks, exact)}
@@ -92,7 +97,7 @@ def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, A
 def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | None) -> list[dict[str, Any]]:
     """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
     system = assessment.system
-    perfect = {} if exact is None else peaks_by_key(numbers(system, exact, ()) | {"links": {}})
+    perfect = {} if exact is None else peaks_by_key(numbers(system, exact, ()).content | {"links": {}})
     drives = {name: one for name, one in peaks["drives"].items() if one.get("acts", True)}
     listed = peaks_by_key(peaks | {"drives": drives, "loads": {}})
     shown = {name.removesuffix(".peak"): value for name, value in listed.items()}

@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from linkages.base.brief import counted
-from linkages.results.shape import Record, WearContent
+from linkages.results.file_shapes import Record, WearContent
 from linkages.show.plots.style import typeset
 from linkages.show.report.page import data_uri, report_page, write_page
 from linkages.show.report.page_tables import PageTable, number

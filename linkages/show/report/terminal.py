@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from linkages.base.brief import cell
+from linkages.input.files.entry import content_of
 from linkages.input.files.magnitudes import rounded
-from linkages.results.characteristics import peaks_by_key
+from linkages.results.shape import RunWarning, Summary, peaks_by_key
 from linkages.results.warnings import relative
 from linkages.show.plots.presentation import shown_unit
 from linkages.show.report import words
@@ -19,12 +20,12 @@ _HEAT = ("temperature", "viscosity", "power", "by_flow", "by_conduction")
 _HEAT_HEAD = ("T [degC]", "mu [Pa s]", "power [W]", "flow [W]", "cond. [W]")
 
 
-def format_summary(summary: dict[str, Any]) -> str:
+def format_summary(summary: Summary | Mapping[str, Any]) -> str:
     """Format a summary as lines of text: extremes with clearance and with ideal joints, errors, warnings.
 
     Parameters
     ----------
-    summary : dict
+    summary : Summary or dict
         From `linkages.summarize`, or the content of ``summary.json``.
 
     Examples
@@ -35,7 +36,8 @@ def format_summary(summary: dict[str, Any]) -> str:
     >>> print(linkages.format_summary(summary).splitlines()[1])
     compiled engine, 0.1 s, status ok; mobility 2, driven: O1, O4
     """
-    return "\n".join([format_table(summary), *format_judgement(summary)])
+    content = content_of(summary)
+    return "\n".join([format_table(content), *format_judgement(content)])
 
 
 def format_table(summary: dict[str, Any]) -> str:
@@ -116,7 +118,7 @@ def format_judgement(summary: dict[str, Any]) -> list[str]:
     return lines + format_warnings(summary["warnings"])
 
 
-def format_warnings(warnings: Sequence[dict[str, Any]], whose: str = "") -> list[str]:
+def format_warnings(warnings: Sequence[RunWarning | Mapping[str, Any]], whose: str = "") -> list[str]:
     """Write warnings as lines of text, each after an empty line."""
     return [
         line for one in warnings for line in ("", f"warning{whose} ({one['kind']}): {one['what']}; {one['remedy']}")

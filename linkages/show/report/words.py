@@ -12,7 +12,7 @@ import tomlkit
 
 from linkages.base.errors import ARGUMENT, COMMAND_LINE, Status, listed
 from linkages.input.files.magnitudes import rounded
-from linkages.results.characteristics import peaks_by_key
+from linkages.results.shape import peaks_by_key
 from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report.result_folder import Results
