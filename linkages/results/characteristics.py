@@ -120,7 +120,7 @@ def effort_of(system: System, table: str, name: str) -> str:
         kind, keys = OF_ELEMENTS[table], system.experiment.elements[table][name]
         return kind.outputs_of(keys, system.mechanism.slides).effort
     along = table in ("slack", "frictions", "gears", "couplings", "stops")
-    return "torque" if table == "motors" or (along and turns(system, table, name)) else "force"
+    return "torque" if along and turns(system, table, name) else "force"
 
 
 def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:
