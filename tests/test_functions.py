@@ -179,7 +179,17 @@ def test_a_drive_by_a_formula_needs_the_torque_of_its_acceleration(system_of):
     np.testing.assert_allclose(columns["O.torque"], -0.08 * 7.5 * np.sin(5 * times), atol=1e-13)
 
 
-def test_a_section_that_a_formula_looks_at_is_there_in_runs(system_of):
+#: Elements whose formulas read a frame on a flexible link.
+READERS = {
+    "torque": "[torques.M]\njoint = 'O'\nformula = '-0.5*middle.vy*t'\n",
+    "state": "[states.z]\nrate = '-0.5*middle.vy*t'\n[torques.M]\njoint = 'O'\nformula = 'z'\n",
+    "motor": "[motors.M]\njoint = 'O'\nkind = 'dc'\nresistance = 1\ntorque_constant = 1\nformula = '-0.5*middle.vy*t'\n",
+    "controller": "[controllers.C]\nkind = 'pid'\nsignal = '2*middle.vy'\nreference = '0'\nproportional = 1\n",
+}
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_a_section_that_a_formula_looks_at_is_there_in_runs(system_of, reader):
     """Signals of a flexible link without other loads: runs omit unloaded sections."""
     from machines import bar, elastic_bar, joint, model
 
@@ -188,8 +198,7 @@ def test_a_section_that_a_formula_looks_at_is_there_in_runs(system_of):
     links += '<frame name="other" attached_to="rod"><pose>0.1 0 0 0 0 0</pose></frame>'
     sdf = model("pendulum", links + joint("O", "world", "crank") + joint("A", "crank_tip", "rod"))
     text = "duration = 0.1\n[links.rod]\nmodel = 'flexible'\nbending = 2\ndamping = 0.01\n"
-    text += "[torques.M]\njoint = 'O'\nformula = '-0.5*middle.vy*t'\n"
-    system = system_of(sdf, text)
+    system = system_of(sdf, text + READERS[reader])
     assert system.tree.acting < len(system.tree.bodies.records)
     assert system.arrays.signals["term"]["b"]["body"].max() < system.tree.acting
 

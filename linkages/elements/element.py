@@ -8,20 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Generic, NoReturn, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, NamedTuple, NoReturn, Protocol, TypeVar
 
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.elements.analysis import Refusal
 from linkages.input.files.toml import Table
-from linkages.input.functions.definitions import Function
+from linkages.input.functions.definitions import Function, Quantity
 from linkages.input.functions.smoothing import SmoothSignal
 from linkages.mechanics.planar.functions import Given
 from linkages.mechanics.planar.loads import ENERGY, POWER, SECOND, VALUE
 
 __all__ = ["ENERGY", "POWER", "SECOND", "VALUE"]  # columns of `Element.tell`
-
-K = TypeVar("K", bound=Table)
 
 Marker = tuple[int, float, float]  #: body, and place in its frame [m]; a `MARKER`
 Point = str | Sequence[float]  #: origin of a link or frame, by name; or a fixed point in plane axes [m]
@@ -76,6 +75,24 @@ class Checks(Protocol):
     def signal(self, key: str, name: str, text: str) -> str:
         """Return the unit of an input of a function, whose text is given; refuse an unknown one."""
 
+    def over_time(self, key: str, text: str | None) -> None:
+        """Refuse a formula with other names than the time and values."""
+
+    def name_for_formulas(self) -> None:
+        """Refuse the element's name if formulas cannot have it."""
+
+    def is_free(self, joint: str) -> bool:
+        """Tell whether a joint is ideal and has no prescribed motion."""
+
+    def has_gearbox(self, joint: str) -> bool:
+        """Tell whether the drive of a joint has backlash."""
+
+    def ends_of(self, joint: str) -> tuple[str, str]:
+        """Return the parent and child of a joint."""
+
+    def has_beam(self, link: str) -> bool:
+        """Tell whether a link has a beam."""
+
 
 @dataclass(frozen=True)
 class Between:
@@ -128,6 +145,22 @@ class Quantities:
         return next(iter(self.size or self.texts))
 
 
+class Rotor(NamedTuple):
+    """A moment of inertia that turns with a joint of the world [kg m2]."""
+
+    joint: str
+    inertia: float
+
+
+class IdealEffort(NamedTuple):
+    """Torque or force that moves the machine with ideal joints along a reference: a quantity over time."""
+
+    quantity: str  # name of the quantity
+    key: str  # of the element that asks for it
+    joint: str  # whose coordinate the reference gives
+    reference: str  # formula of the time
+
+
 @dataclass(frozen=True)
 class Applied:
     """Constants that act on the machine from outside: inputs of steps and of linear models.
@@ -147,13 +180,15 @@ class Applied:
     units: Mapping[str, str]
 
 
+K = TypeVar("K", bound=Table)
+
 #: Kernels of a kind, without and with functions.
 Acting = Callable[[np.record, Array, Array, Array], None] | Callable[[np.record, Given, Array, Array, Array], None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Element(Generic[K]):
-    """A kind of element of a machine.
+    """A kind of element of a machine: it acts on bodies, defines quantities for formulas, or both.
 
     Attributes
     ----------
@@ -163,10 +198,23 @@ class Element(Generic[K]):
         The keys of one element.
     check : callable
         ``check(keys, checks)`` refuses what contradicts the machine.
+    quantities : callable, optional
+        ``quantities(keys, name)`` returns the quantities that it defines for formulas, by name: states, and formulas.
+    own : mapping
+        Meaning and unit of those that are outputs, by the last part of their names; ``value``: the one that has the
+        element's own name.
+    unit : callable, optional
+        ``unit(keys)`` is the unit of these outputs, if the keys say it.
+    ideal_efforts : callable
+        ``ideal_efforts(keys, name)`` are the quantities that are computed from the ideal machine.
+    unsupported : sequence of Refusal
+        Analyses that cannot treat it.
     points : callable
         ``points(keys)`` are the points at which it acts on links.
-    record : dtype
-        The numbers of its kernels, made by ``record_type``.
+    rotor : callable
+        ``rotor(keys)`` is the inertia that it adds to a joint.
+    record : dtype, optional
+        The numbers of its kernels, made by ``record_type``; None if it does not act on bodies.
     pack : callable
         ``pack(keys, places)`` returns the numbers of a record by field.
     functions : callable, optional
@@ -190,24 +238,35 @@ class Element(Generic[K]):
     applied : Applied, optional
         Its constants that a step or a linear model changes.
     picture : callable
-        ``picture(keys)`` is its shape in drawings.
+        ``picture(keys)`` is its shape in drawings, if it has one.
     """
 
     table: str
     keys: type[K]
     check: Callable[[K, Checks], None]
-    points: Callable[[K], Iterable[Point]]
-    record: np.dtype[Any]
-    pack: Callable[[K, Places], Mapping[str, Any]]
-    act: Acting
-    tell: Acting
-    outputs: tuple[Quantities, ...]
-    picture: Callable[[K], Picture]
-    force: Callable[[K, Callable[[str], bool], float], float]
-    sort: Callable[[K, Callable[[str], bool]], int] = lambda keys, slides: 0
-    problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
+    quantities: Callable[[K, str], Mapping[str, Quantity]] | None = None
+    own: Mapping[str, str] = field(default_factory=dict)
+    unit: Callable[[K], str] | None = None
+    ideal_efforts: Callable[[K, str], Iterable[IdealEffort]] = lambda keys, name: ()
+    unsupported: tuple[Refusal, ...] = ()
+    points: Callable[[K], Iterable[Point]] = lambda keys: ()
+    rotor: Callable[[K], Rotor | None] = lambda keys: None
+    record: np.dtype[Any] | None = None
+    pack: Callable[[K, Places], Mapping[str, Any]] = lambda keys, places: {}
     functions: Callable[[K, str], Mapping[str, Sequence[Function]]] | None = None
+    act: Acting | None = None
+    tell: Acting | None = None
+    outputs: tuple[Quantities, ...] = ()
+    sort: Callable[[K, Callable[[str], bool]], int] = lambda keys, slides: 0
+    force: Callable[[K, Callable[[str], bool], float], float] = lambda keys, slides, extent: 0.0
+    problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
     applied: Applied | None = None
+    picture: Callable[[K], Picture | None] = lambda keys: None
+
+    @property
+    def label(self) -> str:
+        """Return its name in the documentation of outputs."""
+        return self.outputs[0].label if self.outputs else self.table.removesuffix("s").upper()
 
     def outputs_of(self, keys: K, slides: Callable[[str], bool]) -> Quantities:
         """Return the outputs of an element."""

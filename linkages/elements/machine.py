@@ -13,33 +13,53 @@ import numpy as np
 
 from linkages.base.arrays import Array, Records
 from linkages.base.kernel import kernel, lazy_kernel
+from linkages.elements.controller import CONTROLLER
 from linkages.elements.element import Element, Places
 from linkages.elements.force import FORCE
+from linkages.elements.motor import MOTOR
 from linkages.elements.spring import SPRING
+from linkages.elements.state import STATE
 from linkages.elements.torque import TORQUE
 from linkages.elements.torsion_spring import TORSION_SPRING
 from linkages.input.files.toml import Table
-from linkages.input.functions.definitions import Function
+from linkages.input.functions.definitions import Function, Quantity
 from linkages.mechanics.planar.functions import Functions, given_at
 from linkages.mechanics.planar.record_types import MARKER
 
-#: All kinds, in the order in which their forces are added.
-KINDS: tuple[Element[Any], ...] = (FORCE, TORQUE, SPRING, TORSION_SPRING)
+#: All kinds, in the order in which their forces are added, and their states are in the state vector.
+KINDS: tuple[Element[Any], ...] = (FORCE, TORQUE, SPRING, TORSION_SPRING, STATE, MOTOR, CONTROLLER)
 
 OF_ELEMENTS = {kind.table: kind for kind in KINDS}  #: the kinds, by their tables
+ACTING = tuple(kind for kind in KINDS if kind.record is not None)  #: the kinds that act on bodies
+DEFINING = tuple(kind for kind in KINDS if kind.quantities is not None)  #: the kinds that define quantities
 
-#: The records of each kind, by its table.
-Elements: Any = namedtuple("Elements", [kind.table for kind in KINDS])  # type: ignore[misc] # made of the kinds
-NO_ELEMENTS = Elements(*(np.zeros(0, kind.record) for kind in KINDS))
+#: The records of each kind that acts on bodies, by its table.
+Elements: Any = namedtuple("Elements", [kind.table for kind in ACTING])  # type: ignore[misc] # made of the kinds
+NO_ELEMENTS = Elements(*(np.zeros(0, kind.record) for kind in ACTING))
 
 Tables = Mapping[str, Mapping[str, Any]]  #: the keys of the elements of each kind, by table and name
 
 
 def elements_of(tables: Tables) -> Iterator[tuple[Element[Any], str, Table]]:
-    """Yield kind, name and keys of all elements, in the order of their rows."""
-    for kind in KINDS:
+    """Yield kind, name and keys of the elements that act on bodies, in the order of their rows."""
+    for kind in ACTING:
         for name, keys in tables[kind.table].items():
             yield kind, name, keys
+
+
+def quantities_of(tables: Tables) -> dict[str, Quantity]:
+    """Return the quantities that elements define, by the names that formulas have for them."""
+    found: dict[str, Quantity] = {}
+    for kind in DEFINING:
+        for name, keys in tables[kind.table].items():
+            found |= kind.quantities(keys, name) if kind.quantities is not None else {}
+    return found
+
+
+def owner_of(tables: Tables, quantity: str) -> tuple[str, str]:
+    """Return table and name of the element that defines a quantity."""
+    name = quantity.partition(".")[0]
+    return next((kind.table, name) for kind in DEFINING if name in tables[kind.table])
 
 
 def functions_of(tables: Tables) -> Iterator[tuple[str, str, Function]]:
@@ -51,7 +71,7 @@ def functions_of(tables: Tables) -> Iterator[tuple[str, str, Function]]:
 
 def pack_elements(tables: Tables, places: Places, add: Callable[[Sequence[Function]], int]) -> Any:
     """Make the records of all elements, as `Elements`; ``add`` adds functions, and returns the index of the first."""
-    return Elements(*(_records(kind, tables[kind.table], places, add) for kind in KINDS))
+    return Elements(*(_records(kind, tables[kind.table], places, add) for kind in ACTING))
 
 
 def _records(
@@ -77,9 +97,9 @@ def count(elements: Sequence[Records]) -> int:
     return sum(map(len, elements))
 
 
-def apart(elements: Sequence[Records]) -> Iterator[Any]:
+def apart(elements: Any) -> Iterator[Any]:
     """Yield each element alone, in the order of their rows."""
-    for table, records in zip(OF_ELEMENTS, elements, strict=True):
+    for table, records in zip(elements._fields, elements, strict=True):
         for k in range(len(records)):
             yield NO_ELEMENTS._replace(**{table: records[k : k + 1]})
 
@@ -100,7 +120,7 @@ def _markers(record: Any) -> Iterator[np.record]:
 def _loops(loop: Callable[[Element[Any]], Callable[..., None]]) -> dict[str, Any]:
     """Make the loop of each kind over a duty, as lazy kernels of different names."""
     found = {}
-    for kind in KINDS:
+    for kind in ACTING:
         made = loop(kind)
         name = f"{loop.__name__.removeprefix('_')}_{kind.table}"
         made.__qualname__ = made.__name__ = name
@@ -145,7 +165,7 @@ def _tell(kind: Element[Any]) -> Callable[..., None]:
 def _in_turn(name: str, parameters: str, loops: dict[str, Any], after: str = "") -> Any:
     """Make the kernel that calls the loops of the kinds that a machine has."""
     lines = [f"def {name}(elements, functions, t, v, {parameters}) -> None:"]
-    for loop, kind in zip(loops, KINDS, strict=True):
+    for loop, kind in zip(loops, ACTING, strict=True):
         given = "" if kind.functions is None else "functions, t, v, "
         lines += [f"    if len(elements.{kind.table}):", f"        {loop}(elements.{kind.table}, {given}{parameters})"]
         lines += [f"    {after.format(table=kind.table)}"] if after else []

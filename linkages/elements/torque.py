@@ -71,8 +71,12 @@ RECORD = record_type(
 
 def pack(torque: Torque, places: Places) -> dict[str, Any]:
     """Return the numbers of the record."""
-    term, sign = places.coordinate_of(torque.joint, ("world", torque.link or "world"))
-    return {"term": term, "sign": sign}
+    return along(places.coordinate_of(torque.joint, ("world", torque.link or "world")))
+
+
+def along(coordinate: tuple[Any, float]) -> dict[str, Any]:
+    """Return the numbers of a record along a coordinate."""
+    return {"term": coordinate[0], "sign": coordinate[1]}
 
 
 def functions(torque: Torque, _: str) -> Mapping[str, Sequence[Function]]:

@@ -170,4 +170,4 @@ def effort_of(system: System, table: str, name: str) -> str:
         kind, keys = OF_ELEMENTS[table], system.parts[table][name]
         return kind.outputs_of(keys, system.slides).effort
     along = table in ("slack", "frictions", "gears", "couplings", "stops")
-    return "torque" if table == "motors" or (along and turns(system, table, name)) else "force"
+    return "torque" if along and turns(system, table, name) else "force"

@@ -14,7 +14,7 @@ import numpy as np
 
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
-from linkages.elements.machine import count, elements_of, pack_elements, tell_elements
+from linkages.elements.machine import count, elements_of, owner_of, pack_elements, tell_elements
 from linkages.input.functions.definitions import (
     TIME,
     Curve,
@@ -26,7 +26,7 @@ from linkages.input.functions.definitions import (
     program,
     table_over,
 )
-from linkages.input.model.experiment import DEFINING, Experiment
+from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
 from linkages.input.model.load_tables import Limit
 from linkages.laws.control import CONTROLLERS
@@ -81,10 +81,6 @@ def pack_loads(
             record["joint"] = list(mechanism.joint).index(friction.joint)
             record["share"] = functions.add_definition(friction.share)
             record["leverage"] = 2.0 / friction.length if friction.length is not None else 0.0
-    for name, motor in experiment.motors.items():
-        record = next(following)
-        record["kind"], record["motion"] = types.PUSH, functions.add_definition(named(f"{name}.torque"))
-        record["term"], record["sign"] = tree.coordinate(motor.joint)
     for name in own:
         record = next(following)
         record["kind"], record["motion"] = types.QUANTITY, functions.add_definition(named(name))
@@ -213,7 +209,7 @@ def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> No
     pairs = *zip(own, values, strict=True), *zip(experiment.own_states, rates, strict=True)
     for name, value in pairs:
         if not np.isfinite(value):
-            table = next(table for table in DEFINING if name.partition(".")[0] in getattr(experiment, table))
+            table, _ = owner_of(experiment.elements, name)
             raise InputError(experiment.source, f"{table}.{name}", "its value or its rate is not a number at t = 0")
 
 

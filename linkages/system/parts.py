@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from linkages.input.model.experiment import DEFINING, LOADS, OTHERS, Experiment
+from linkages.input.model.experiment import LOADS, OTHERS, Experiment
 
 #: Keys of the elements, by table and name.
 Parts = Mapping[str, dict[str, Any]]
@@ -17,8 +17,6 @@ def parts_of(experiment: Experiment) -> Parts:
     Besides the tables of the file there are ``meshes``, the gears and couplings, of which ``closed`` have no backlash
     and ``slack`` have one, gearboxes of drives included (as ``JOINT.backlash``); and ``gearboxes``, by driven joint.
     """
-    tables = {
-        table: getattr(experiment, table) for table in dict.fromkeys(("links", "drives", *LOADS, *OTHERS, *DEFINING))
-    }
+    tables = {table: getattr(experiment, table) for table in dict.fromkeys(("links", "drives", *LOADS, *OTHERS))}
     made = {table: getattr(experiment, table) for table in ("meshes", "closed", "slack", "gearboxes")}
     return tables | experiment.elements | made

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from linkages.base.arrays import Array, Records
 from linkages.base.errors import ARGUMENT
-from linkages.input.files.toml import leaves, read_toml
+from linkages.input.files.toml import Table, leaves, read_toml
 from linkages.input.files.unit_conversion import SLIDING, si_unit
 from linkages.input.model.check import names_first, without_lost_outputs
 from linkages.input.model.experiment import Experiment, load_experiment, value_unit
@@ -65,8 +65,8 @@ class System(Unassembled):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the input and user-defined laws; another process computes its own arrays."""
         experiment = self.experiment
-        named = (experiment.joints, experiment.stops, experiment.meshes, experiment.contacts, experiment.controllers)
-        tables = [table for kind in named for table in kind.values()]
+        named: list[Mapping[str, Table]] = [experiment.joints, experiment.stops, experiment.meshes, experiment.contacts]
+        tables = [table for kind in (*named, *experiment.elements.values()) for table in kind.values()]
         texts = [text for table in tables for _, text in leaves(table.model_dump()) if isinstance(text, str)]
         return _restored, (self.mechanism, experiment, registered(texts))
 

@@ -153,14 +153,15 @@ class Unassembled(Brief):
 
     @property
     def rotors(self) -> dict[str, float]:
-        """Return the inertias of links with those of the motors that turn them, by path."""
+        """Return the inertias of links with those of the rotors that turn with them, by path."""
         found: dict[str, float] = {}
-        for motor in self.experiment.motors.values():
-            joint = self.mechanism.joint[motor.joint]
-            link = self.mechanism.link[joint.child if joint.parent == "world" else joint.parent]
-            path = f"links.{link.name}.inertia"
-            if motor.rotor_inertia:
-                found[path] = found.get(path, link.inertia) + motor.ratio**2 * motor.rotor_inertia
+        for kind, _, keys in elements_of(self.experiment.elements):
+            rotor = kind.rotor(keys)
+            if rotor is not None and rotor.inertia:
+                joint = self.mechanism.joint[rotor.joint]
+                link = self.mechanism.link[joint.child if joint.parent == "world" else joint.parent]
+                path = f"links.{link.name}.inertia"
+                found[path] = found.get(path, link.inertia) + rotor.inertia
         return found
 
     @cached_property

@@ -3,26 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from enum import StrEnum
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from linkages.base.errors import InputError
+from linkages.elements.analysis import Analysis as Analysis
+from linkages.elements.machine import KINDS
 from linkages.input.model.experiment import Experiment
-
-
-class Analysis(StrEnum):
-    """What is done with a system; the values are for messages."""
-
-    DRAKE = "Drake"
-    DIAGRAM = "a Drake diagram"
-    DERIVATIVES = "derivatives"
-    PERIODIC = "the return map"
-    EXPONENT = "the Lyapunov exponent"
-    WEAR = "wear over a service life"
-    LINEAR = "the linear model"
-    LIVE = "the live page"
-    EQUILIBRIUM = 'start = "equilibrium"'
 
 
 class Unsupported(NamedTuple):
@@ -33,13 +20,11 @@ class Unsupported(NamedTuple):
     problems: Mapping[Analysis, str]  # what is wrong, and the remedy
 
 
-def _sampled(table: str, experiment: Experiment) -> list[str]:
-    """List the states or controllers with a sampling time."""
-    return [name for name, one in getattr(experiment, table).items() if one.sample_time is not None]
+def _having(table: str, applies: Callable[[Any], bool], experiment: Experiment) -> list[str]:
+    """List the elements with keys that some analyses cannot treat."""
+    return [name for name, keys in experiment.elements[table].items() if applies(keys)]
 
 
-_SAMPLED = "makes sampling instants, which {} cannot follow; make it continuous"
-_SMOOTH = Analysis.DIAGRAM, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
 
 
@@ -58,22 +43,14 @@ UNSUPPORTED = (
         | {Analysis.EQUILIBRIUM: 'has no equilibrium that start = "equilibrium" could find; use "centred"'},
     ),
     *(
-        Unsupported(
-            f"{table}.{{}}.sample_time",
-            partial(_sampled, table),
-            {analysis: _SAMPLED.format(analysis) for analysis in _SMOOTH},
-        )
-        for table in ("states", "controllers")
+        Unsupported(f"{kind.table}.{{}}.{one.key}", partial(_having, kind.table, one.applies), one.problems)
+        for kind in KINDS
+        for one in kind.unsupported
     ),
     Unsupported(
         "gears.{}.ratio",
         _fractional,
         {Analysis.WEAR: "is no whole number: cycles of the drive do not begin in the same pose; drive the other joint"},
-    ),
-    Unsupported(
-        "controllers.{}.function",
-        lambda experiment: [name for name, one in experiment.controllers.items() if one.function is not None],
-        {Analysis.DERIVATIVES: "is in Python, which has no derivatives; give the controller by formulas of states"},
     ),
     Unsupported(
         "drives.{}.backlash.inertia",

@@ -13,7 +13,7 @@ import numpy as np
 
 from linkages.base.errors import InputError, nearest
 from linkages.elements.element import Point
-from linkages.elements.machine import OF_ELEMENTS
+from linkages.elements.machine import OF_ELEMENTS, owner_of
 from linkages.input.files.formula import CONSTANTS, FUNCTIONS, shown
 from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
@@ -24,7 +24,7 @@ from linkages.input.model import load_tables as tables
 from linkages.input.model.beam_interfaces import substructures
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.drive_tables import Backlash, Drive
-from linkages.input.model.experiment import DEFINING, Experiment
+from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import ContactTable, JointModel
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Mechanism
@@ -36,7 +36,6 @@ from linkages.input.model.output_names import (
     PIN_QUANTITIES,
     QUANTITIES,
 )
-from linkages.input.model.state_tables import Controller, Motor, State
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
 
@@ -113,8 +112,9 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
     for name in experiment.flexible:
         _Check(mechanism, experiment, f"links.{name}").flexible(name, experiment.links[name])
     taken = {"world", *mechanism.point, *mechanism.joint}
-    own = [(table, name) for table in ("values", "states", "controllers") for name in getattr(experiment, table)]
-    for table, name in (*experiment.named, *own):
+    own = [("values", name) for name in experiment.values]
+    own += [(table, name) for table, named in experiment.elements.items() for name in named]
+    for table, name in dict.fromkeys((*experiment.named, *own)):
         load = _Check(mechanism, experiment, f"{table}.{name}")
         if name in taken:
             load.refuse("", "is also the name of a link, frame, joint or load; choose another one")
@@ -140,13 +140,11 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
 
 
 def _check_quantities(mechanism: Mechanism, experiment: Experiment) -> None:
-    """Reject formulas of states, motors and controllers with unknown names, and formulas that need themselves."""
+    """Reject formulas of quantities with unknown names, and formulas that need themselves."""
     for name, quantity in experiment.quantities.items():
         if name in experiment.values:
             continue
-        owner = name.partition(".")[0]
-        table = next(table for table in DEFINING if owner in getattr(experiment, table))
-        part = _Check(mechanism, experiment, f"{table}.{owner}")
+        part = _Check(mechanism, experiment, ".".join(owner_of(experiment.elements, name)))
         try:
             inputs = [*inputs_of(quantity.definition, experiment.quantities, (name,))]
         except KeyError as cycle:
@@ -389,37 +387,30 @@ class _Check:
         return unit
 
     def values(self, _: float) -> None:
-        self.own_name()
+        self.name_for_formulas()
 
-    def states(self, _: State) -> None:
-        self.own_name()
+    def is_free(self, joint: str) -> bool:
+        """Tell whether a joint is ideal and has no prescribed motion."""
+        drive = self.experiment.drives.get(joint)
+        return joint not in self.experiment.play and not (drive is not None and drive.prescribed)
 
-    def controllers(self, controller: Controller) -> None:
-        self.own_name()
-        if controller.joint is not None:
-            self.over_time("reference", controller.reference)
-            self.moving(controller.joint)
-            drive = self.experiment.drives.get(controller.joint)
-            if controller.joint in self.experiment.play or (drive is not None and drive.prescribed):
-                self.refuse("joint", f'"{controller.joint}" must be ideal, without a prescribed motion')
+    def has_gearbox(self, joint: str) -> bool:
+        """Tell whether the drive of a joint has backlash."""
+        return joint in self.experiment.gearboxes
 
-    def own_name(self) -> None:
+    def ends_of(self, joint: str) -> tuple[str, str]:
+        """Return the parent and child of a joint."""
+        return self.mechanism.joint[joint].parent, self.mechanism.joint[joint].child
+
+    def has_beam(self, link: str) -> bool:
+        """Tell whether a link has a beam."""
+        return link in self.mechanism.beam
+
+    def name_for_formulas(self) -> None:
+        """Refuse a name that formulas cannot have."""
         name = self.where.partition(".")[2]
         if not name.isidentifier() or name in {TIME, *CONSTANTS, *FUNCTIONS}:
             self.refuse("", "cannot be a name in formulas; use letters and digits, and no name of a function")
-
-    def motors(self, motor: Motor) -> None:
-        self.own_name()
-        joint = self.mechanism.joint[self.revolute("joint", motor.joint)]
-        if motor.joint in self.experiment.gearboxes:
-            problem = "has a drive with backlash: give the motor a joint of its own, and a gear with backlash"
-            self.refuse("joint", f'"{motor.joint}" {problem}')
-        if motor.rotor_inertia:
-            if "world" not in (joint.parent, joint.child):
-                problem = f'needs a joint of the world, and "{motor.joint}" joins two links; add the rotor as a link'
-                self.refuse("rotor_inertia", f"{problem}, with a gear")
-            if (link := joint.child if joint.parent == "world" else joint.parent) in self.mechanism.beam:
-                self.refuse("rotor_inertia", f'needs a link without a beam, and "{link}" has one')
 
     def output(self, name: str) -> None:
         """Check an output of a link, frame or joint; names of other elements are checked before a run.
@@ -430,11 +421,8 @@ class _Check:
         if point in self.mechanism.joint:
             self.joint_output(point, quantity)
             return
-        elements = {
-            *(label for _, label in self.experiment.acting),
-            *self.experiment.states,
-            *self.experiment.controllers,
-        }
+        elements = {label for _, label in self.experiment.acting}
+        elements.update(*self.experiment.elements.values())
         if not point or point == "q" or point in elements or point.rpartition(".")[0] in elements:
             return
         if point not in self.mechanism.point:

@@ -19,9 +19,12 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, create
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief
 from linkages.base.errors import ARGUMENT, COMMAND_LINE, InputError, shortened
+from linkages.elements.controller import Controller
 from linkages.elements.force import Force
-from linkages.elements.machine import OF_ELEMENTS, functions_of
+from linkages.elements.machine import ACTING, OF_ELEMENTS, functions_of, quantities_of
+from linkages.elements.motor import Motor
 from linkages.elements.spring import Spring
+from linkages.elements.state import State
 from linkages.elements.torque import Torque
 from linkages.elements.torsion_spring import TorsionSpring
 from linkages.input.files.beams import MATERIAL, SECTIONS
@@ -41,19 +44,15 @@ from linkages.input.model.output_names import (
     PIN_QUANTITIES,
     QUANTITIES,
 )
-from linkages.input.model.state_tables import Controller, Motor, State
 from linkages.input.model.worn import with_worn
 
 _Values = Mapping[str, Any]
 _NONE: _Values = MappingProxyType({})
 
 #: The tables of applied loads, in the order in which the loads are packed.
-LOADS = ("frictions", "motors")
+LOADS = ("frictions",)
 #: The other tables of named elements beside those of `linkages.elements`.
 OTHERS = ("gears", "couplings", "stops", "contacts")
-
-#: The tables that define quantities for formulas.
-DEFINING = ("states", "motors", "controllers")
 
 
 #: A number in the SI unit of its own kind.
@@ -137,7 +136,7 @@ class Experiment(Brief, Table):
         for name, joint in self.joints.items():
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
-        named = _in_order("links", *LOADS, *OF_ELEMENTS, "values", "states", "controllers", *OTHERS)
+        named = _in_order("links", "values", *LOADS, *OF_ELEMENTS, *OTHERS)
         tables = {name: getattr(self, name) for name in named}
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
@@ -212,17 +211,13 @@ class Experiment(Brief, Table):
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each applied load: frictions, motors."""
+        """Return table and name of each applied load beside the elements: frictions."""
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
 
     @cached_property
     def quantities(self) -> dict[str, Quantity]:
-        """Return states, formulas of motors and controllers, then values, by the names that formulas have for them."""
-        found: dict[str, Quantity] = {}
-        for table in DEFINING:
-            for name, one in getattr(self, table).items():
-                found |= one.quantities(name)
-        return found | {name: constant(name, value) for name, value in self.values.items()}
+        """Return the quantities of elements, then values, by the names that formulas have for them."""
+        return quantities_of(self.elements) | {name: constant(name, value) for name, value in self.values.items()}
 
     @property
     def own_states(self) -> dict[str, Quantity]:
@@ -261,8 +256,8 @@ class Experiment(Brief, Table):
 
     @property
     def named(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each named element: loads, gears, couplings, stops, contacts."""
-        tables = _in_order(*LOADS, *OF_ELEMENTS, *OTHERS)
+        """Return table and name of each part that acts on bodies: elements, gears, couplings, stops, contacts."""
+        tables = _in_order(*LOADS, *(kind.table for kind in ACTING), *OTHERS)
         return tuple((table, name) for table in tables for name in getattr(self, table))
 
     @property

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from linkages.elements.element import Element, Quantities
-from linkages.elements.machine import KINDS, elements_of
+from linkages.elements.machine import ACTING, elements_of
 from linkages.mechanics.planar.closure_rows import term_rate
 from linkages.mechanics.planar.loads import POWER, SECOND, VALUE
 from linkages.results.outputs.quantity import Declaration, OutputPlace, Owner, Snapshot, formula, quantities, quantity
@@ -77,7 +77,6 @@ _OF_GEARBOX = quantities(
     power="power delivered by the drive [W]",
 )
 _POWER = {"power": quantity("power that the load delivers to the linkage [W]", load_value, POWER)}
-_OF_MOTOR = "torque of a motor on the joint's child, along the joint's coordinate [N m]"
 _OF_FRICTION = "friction in an ideal joint, along its coordinate"
 
 
@@ -143,7 +142,7 @@ def _of_sort(kind: Element[Any], outputs: Quantities) -> Owner:
 
 
 #: The elements of `linkages.elements`.
-OF_ELEMENTS = tuple(_of_sort(kind, outputs) for kind in KINDS for outputs in kind.outputs)
+OF_ELEMENTS = tuple(_of_sort(kind, outputs) for kind in ACTING for outputs in kind.outputs)
 
 
 def _at_gear(system: System, name: str) -> OutputPlace:
@@ -162,7 +161,6 @@ FORCES = (
     ),
     Owner("DRIVE (backlash)", lambda system: system.parts["gearboxes"], _at_gearbox, _OF_GEARBOX),
     *OF_ELEMENTS,
-    Owner("MOTOR", lambda system: system.parts["motors"], _at_load, _values(torque=_OF_MOTOR)),
     Owner("FRICTION (revolute)", of_joints("frictions", True), _at_load, _values(torque=f"{_OF_FRICTION} [N m]")),
     Owner("FRICTION (prismatic)", of_joints("frictions", False), _at_load, _values(force=f"{_OF_FRICTION} [N]")),
     Owner("GEAR (revolute)", of_joints("meshes", True), _at_gear, _passed("torque", "N m")),

@@ -99,3 +99,4 @@ class Owner:
     quantities: dict[str, Declaration]
     real: bool = False  # whether only a linkage with clearances has it
     asked: Callable[[System], Iterable[str]] | None = None  # elements with columns in a run; default: all
+    unit: Callable[[System, str], str] | None = None  # of an element by name, instead of the quantities' units

@@ -28,7 +28,7 @@ from linkages.results.outputs.bodies import COORDINATES, LINKS, POINTS
 from linkages.results.outputs.contacts import PLAY, WALLS
 from linkages.results.outputs.joints import FORCES
 from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, OutputFormula, Owner
-from linkages.results.outputs.states import OWN, STATES
+from linkages.results.outputs.states import OWN
 from linkages.system import System
 
 JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
@@ -82,8 +82,8 @@ def unit(system: System, name: str) -> str:
     if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.flexible:  # of a run with rigid segments
         return "rad"
     owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
-    if owner is STATES:
-        return system.parts["states"][thing].unit
+    if owner.unit is not None:
+        return owner.unit(system, thing)
     joint = system.joints.get(thing)
     slides = joint is not None and joint.type == "prismatic"
     if owner is COORDINATES:

@@ -41,7 +41,8 @@ class Done:
     def all(self, experiment: Experiment) -> Iterator[Shape]:
         """Draw all loads, gears, stops and lines."""
         for kind, name, keys in elements_of(experiment.elements):
-            yield from self._element(name, kind.picture(keys))
+            if (picture := kind.picture(keys)) is not None:
+                yield from self._element(name, picture)
         for name, friction in experiment.frictions.items():
             joint = self.tree.joints[friction.joint]
             yield shape("friction", [self.parts.on(joint.child, joint.on_child)])
