@@ -8,20 +8,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, NoReturn, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, NoReturn, Protocol, TypeVar
 
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.elements.analyses import Unsupported
+from linkages.elements.contact_tables import ContactTable
+from linkages.elements.coordinates import Barrier, Coupled
+from linkages.elements.outputs import Quantities
+from linkages.elements.pictures import Around, Between, Picture, Point, Scene
 from linkages.input.files.toml import Table
 from linkages.mechanics.planar.loads import ENERGY, POWER, SECOND, VALUE
 
-__all__ = ["ENERGY", "POWER", "SECOND", "VALUE"]  # columns of `Element.tell`
+# columns of `Element.tell`, and what most kinds need
+__all__ = ["ENERGY", "POWER", "SECOND", "VALUE", "Around", "Between", "Point", "Quantities"]
 
 K = TypeVar("K", bound=Table)
 
 Marker = tuple[int, float, float]  #: body, and place in its frame [m]; a `MARKER`
-Point = str | Sequence[float]  #: origin of a link or frame, by name; or a fixed point in plane axes [m]
 
 
 class Places(Protocol):
@@ -55,55 +60,58 @@ class Checks(Protocol):
     def units(self, table: type[Table], slides: bool) -> None:
         """Refuse units that do not belong to a coordinate that is a displacement, or an angle."""
 
+    def joint(self, key: str, name: str) -> Any:
+        """Return a joint, a `linkages.elements.pictures.Jointed`; refuse an unknown one."""
 
-@dataclass(frozen=True)
-class Between:
-    """A picture: a dashed line between two points."""
+    def has_clearance(self, joint: str) -> bool:
+        """Tell whether a joint has clearance."""
 
-    one: Point
-    other: Point
+    def meet(self, one: str, other: str) -> bool:
+        """Tell whether two joints share a link, or have links that fixed joints make one body."""
 
+    def bends(self, link: str) -> bool:
+        """Tell whether a link is flexible."""
 
-@dataclass(frozen=True)
-class Around:
-    """A picture: a spiral at a joint or at a link's centre of mass; a zigzag along a prismatic joint."""
+    def plain(self, contact: ContactTable) -> None:
+        """Refuse the law of a contact that needs a journal in a bearing."""
 
-    joint: str | None
-    link: str | None
-
-
-Picture = Between | Around
+    def within(self, key: str) -> Checks:
+        """Return the checks of the table at a key."""
 
 
-@dataclass(frozen=True)
-class Quantities:
-    """The outputs of an element: the first one is characteristic, and its peak is in summaries."""
+class Warned(NamedTuple):
+    """A warning about elements: its kind, what is wrong, and the remedy."""
 
-    label: str  #: of the kind, in the documentation
-    texts: Mapping[str, str]  #: meaning and unit by name, in the order of the columns `VALUE`, `SECOND`
+    kind: str
+    what: str
+    remedy: str
 
-    @property
-    def effort(self) -> str:
-        """Return the name of the characteristic output."""
-        return next(iter(self.texts))
+
+Slides = Callable[[str], bool]  #: whether a joint, by name, is prismatic
 
 
 @dataclass(frozen=True)
 class Element(Generic[K]):
     """A kind of element of a machine.
 
+    A kind has the duties that it names; the others have defaults: no points, no forces, no contacts, no picture.
+
     Attributes
     ----------
     table : str
         Its table in experiments.
     keys : type of Table
-        The keys of one element.
+        The keys of one element. Its `imperfections` name the keys that the linkage with ideal joints lacks.
+    derived : callable
+        ``derived(tables)`` makes its elements, by name, from the tables of `home`; default: they have their own table.
+    home : str
+        Where derived elements have their keys: their paths are ``home.name``.
     check : callable
         ``check(keys, checks)`` refuses what contradicts the machine.
     points : callable
         ``points(keys)`` are the points at which it acts on links.
     record : dtype
-        The numbers of its kernels, made by ``record_type``.
+        The numbers of its kernels, made by ``record_type``; default: it has no kernels.
     pack : callable
         ``pack(keys, places)`` returns the numbers of a record by field.
     act : kernel
@@ -111,33 +119,63 @@ class Element(Generic[K]):
     tell : kernel
         ``tell(element, pose, vel, row)`` fills its row: value, second value, the power that it delivers to the bodies
         [W], the energy that it stores [J].
+    couples : callable
+        ``couples(keys)`` are the joints whose coordinates it couples; None without any.
+    barriers : callable
+        ``barriers(keys)`` are its contacts at limits of coordinates, by the ends of their names: "" or ".upper".
     outputs : sequence of Quantities
-        Its outputs; one for each sort of element.
+        All outputs of the kind.
     sort : callable
-        ``sort(keys, slides)`` is the index of its outputs; ``slides(joint)`` tells whether a joint is prismatic.
+        ``sort(keys, slides)`` is the index of an element's outputs, or several, the characteristic ones first;
+        ``slides(joint)`` tells whether a joint is prismatic.
     force : callable
         ``force(keys, slides, extent)`` is a force that sets the machine in motion [N], for the scale of time.
     problem_at_start : callable
         ``problem_at_start(keys, row, closest)`` names the error of an element at t = 0, with its row;
         points that are closer than ``closest`` [m] coincide. Empty without an error.
     picture : callable
-        ``picture(keys)`` is its shape in drawings.
+        ``picture(keys, scene)`` are its shapes in drawings.
+    warns : callable
+        ``warns(named, locked)`` are warnings about a run of a machine with these elements by name, some of whose
+        couplings lock each other. Kinds with the same function are warned about together.
+    unsupported : sequence of Unsupported
+        Models that some analyses cannot treat.
+    linear : bool
+        Whether linear models include it.
+    from_reference : bool
+        Whether its numbers count from the reference configuration.
+    completed : callable
+        ``completed(keys, meet)`` adds to the keys of an imported element what the machine decides, see `Checks.meet`.
     """
 
     table: str
     keys: type[K]
-    check: Callable[[K, Checks], None]
-    points: Callable[[K], Iterable[Point]]
-    record: np.dtype[Any]
-    pack: Callable[[K, Places], Mapping[str, Any]]
-    act: Callable[[np.record, Array, Array, Array], None]
-    tell: Callable[[np.record, Array, Array, Array], None]
-    outputs: tuple[Quantities, ...]
-    picture: Callable[[K], Picture]
-    force: Callable[[K, Callable[[str], bool], float], float]
-    sort: Callable[[K, Callable[[str], bool]], int] = lambda keys, slides: 0
+    check: Callable[[K, Checks], None] = lambda keys, checks: None
+    points: Callable[[K], Iterable[Point]] = lambda keys: ()
+    record: np.dtype[Any] | None = None
+    pack: Callable[[K, Places], Mapping[str, Any]] = lambda keys, places: {}
+    act: Callable[[np.record, Array, Array, Array], None] | None = None
+    tell: Callable[[np.record, Array, Array, Array], None] | None = None
+    outputs: tuple[Quantities, ...] = ()
+    picture: Callable[[K, Scene], Iterable[Picture]] = lambda keys, scene: ()
+    force: Callable[[K, Slides, float], float] = lambda keys, slides, extent: 0.0
+    sort: Callable[[K, Slides], int | Sequence[int]] = lambda keys, slides: 0
     problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
+    couples: Callable[[K], Coupled | None] = lambda keys: None
+    barriers: Callable[[K], Mapping[str, Barrier]] = lambda keys: {}
+    warns: Callable[[Mapping[str, K], Sequence[str]], Iterable[Warned]] | None = None
+    unsupported: tuple[Unsupported, ...] = ()
+    linear: bool = True
+    from_reference: bool = False
+    derived: Callable[[Mapping[str, Any]], Mapping[str, K]] | None = None
+    home: str = ""
+    completed: Callable[[Mapping[str, Any], Callable[[str, str], bool]], Mapping[str, Any]] = lambda keys, meet: keys
 
-    def outputs_of(self, keys: K, slides: Callable[[str], bool]) -> Quantities:
-        """Return the outputs of an element."""
-        return self.outputs[self.sort(keys, slides)]
+    def outputs_of(self, keys: K, slides: Slides) -> tuple[Quantities, ...]:
+        """Return the outputs of an element, the characteristic ones first."""
+        found = self.sort(keys, slides)
+        return tuple(self.outputs[k] for k in ((found,) if isinstance(found, int) else found))
+
+    def path(self, name: str) -> str:
+        """Return the path of an element's keys in the experiment."""
+        return f"{self.home or self.table}.{name}"

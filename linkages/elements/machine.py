@@ -6,41 +6,64 @@ A machine compiles the loops of the kinds that it has: they are lazy kernels, wh
 from __future__ import annotations
 
 from collections import namedtuple
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from linkages.base.arrays import Array, Records
 from linkages.base.kernel import kernel, lazy_kernel
+from linkages.elements.coordinates import Barrier, Coupled
+from linkages.elements.coupling import COUPLING
 from linkages.elements.element import Element, Places
+from linkages.elements.gear import GEAR
+from linkages.elements.gearbox import GEARBOX
 from linkages.elements.spring import SPRING
+from linkages.elements.stop import STOP
 from linkages.elements.torsion_spring import TORSION_SPRING
-from linkages.input.files.toml import Table
 from linkages.mechanics.planar.record_types import MARKER
 
 #: All kinds, in the order in which their forces are added.
-KINDS: tuple[Element[Any], ...] = (SPRING, TORSION_SPRING)
+KINDS: tuple[Element[Any], ...] = (SPRING, TORSION_SPRING, STOP, GEAR, COUPLING, GEARBOX)
 
 OF_ELEMENTS = {kind.table: kind for kind in KINDS}  #: the kinds, by their tables
+TABLES = tuple(kind.table for kind in KINDS if kind.derived is None)  #: of experiments
+_PACKED = tuple(kind for kind in KINDS if kind.record is not None)  # with kernels
 
-#: The records of each kind, by its table.
-Elements: Any = namedtuple("Elements", [kind.table for kind in KINDS])  # type: ignore[misc] # made of the kinds
-NO_ELEMENTS = Elements(*(np.zeros(0, kind.record) for kind in KINDS))
+#: The records of each kind with kernels, by its table.
+Elements: Any = namedtuple("Elements", [kind.table for kind in _PACKED])  # type: ignore[misc] # made of the kinds
+NO_ELEMENTS = Elements(*(np.zeros(0, kind.record) for kind in _PACKED))
 
 Tables = Mapping[str, Mapping[str, Any]]  #: the keys of the elements of each kind, by table and name
 
 
-def elements_of(tables: Tables) -> Iterator[tuple[Element[Any], str, Table]]:
-    """Yield kind, name and keys of all elements, in the order of their rows."""
-    for kind in KINDS:
+def elements_of(tables: Tables, kinds: Iterable[Element[Any]] = KINDS) -> Iterator[tuple[Element[Any], str, Any]]:
+    """Yield kind, name and keys of all elements."""
+    for kind in kinds:
         for name, keys in tables[kind.table].items():
             yield kind, name, keys
 
 
+def packed_of(tables: Tables) -> Iterator[tuple[Element[Any], str, Any]]:
+    """Yield kind, name and keys of the elements with kernels, in the order of their rows."""
+    return elements_of(tables, _PACKED)
+
+
+def couplings_by_name(tables: Tables) -> dict[str, Coupled]:
+    """Return the coordinates that elements couple, by the elements' names."""
+    found = ((name, kind.couples(keys)) for kind, name, keys in elements_of(tables))
+    return {name: one for name, one in found if one is not None}
+
+
+def barriers_by_label(tables: Tables) -> dict[str, Barrier]:
+    """Return the contacts of elements at limits of coordinates, by the contacts' names."""
+    parts = elements_of(tables)
+    return {f"{name}{end}": one for kind, name, keys in parts for end, one in kind.barriers(keys).items()}
+
+
 def pack_elements(tables: Tables, places: Places) -> Any:
     """Make the records of all elements, as `Elements`."""
-    return Elements(*(_records(kind, tables[kind.table], places) for kind in KINDS))
+    return Elements(*(_records(kind, tables[kind.table], places) for kind in _PACKED))
 
 
 def _records(kind: Element[Any], named: Mapping[str, Any], places: Places) -> Records:
@@ -58,9 +81,9 @@ def count(elements: Sequence[Records]) -> int:
 
 def apart(elements: Sequence[Records]) -> Iterator[Any]:
     """Yield each element alone, in the order of their rows."""
-    for table, records in zip(OF_ELEMENTS, elements, strict=True):
+    for kind, records in zip(_PACKED, elements, strict=True):
         for k in range(len(records)):
-            yield NO_ELEMENTS._replace(**{table: records[k : k + 1]})
+            yield NO_ELEMENTS._replace(**{kind.table: records[k : k + 1]})
 
 
 def markers_of(elements: Sequence[Records]) -> list[np.record]:
@@ -79,7 +102,7 @@ def _markers(record: Any) -> Iterator[np.record]:
 def _loops(duty: str, loop: Callable[[Any], Callable[..., None]]) -> dict[str, Any]:
     """Make the loop of each kind over a duty, as lazy kernels of different names."""
     found = {}
-    for kind in KINDS:
+    for kind in _PACKED:
         made = loop(getattr(kind, duty))
         made.__qualname__ = made.__name__ = f"{duty}_{kind.table}"
         found[made.__name__] = globals()[made.__name__] = lazy_kernel(made)
@@ -105,7 +128,7 @@ def _telling(tell: Any) -> Callable[..., None]:
 def _in_turn(head: str, line: str, loops: dict[str, Any], after: str = "") -> Any:
     """Make the kernel that calls the loops of the kinds that a machine has."""
     lines = [head]
-    for name, kind in zip(loops, KINDS, strict=True):
+    for name, kind in zip(loops, _PACKED, strict=True):
         lines += [f"    if len(elements.{kind.table}):", f"        {line.format(loop=name, table=kind.table)}"]
         lines += [f"    {after.format(table=kind.table)}"] if after else []
     names = loops | {"__name__": __name__}

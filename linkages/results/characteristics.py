@@ -65,7 +65,7 @@ def numbers(
             result["drives"][name]["fluctuation"] = _fluctuation(trajectory, f"{name}.rate")
     for table, name in experiment.acting:
         entry = result.setdefault("loads", {})[name] = effort(name, effort_of(system, table, name))
-        if f"{name}.upper.penetration" in trajectory:  # a gear with backlash
+        if any(f"{label}.penetration" in trajectory for label in _labels(system, name)):
             entry |= _contacts(trajectory, [row for row in touches if row.owner == name])
     for name in experiment.flexible:
         if f"{name}.stress" in columns:
@@ -115,12 +115,17 @@ def peak_columns(system: System) -> list[str]:
 
 
 def effort_of(system: System, table: str, name: str) -> str:
-    """Return the characteristic quantity of an applied load, element, gear, stop or contact."""
+    """Return the characteristic quantity of an applied load, element or contact."""
     if table in OF_ELEMENTS:
         kind, keys = OF_ELEMENTS[table], system.experiment.elements[table][name]
-        return kind.outputs_of(keys, system.mechanism.slides).effort
-    along = table in ("slack", "frictions", "gears", "couplings", "stops")
-    return "torque" if table in ("torques", "motors") or (along and turns(system, table, name)) else "force"
+        return kind.outputs_of(keys, system.mechanism.slides)[0].effort
+    turning = table in ("torques", "motors") or (table == "frictions" and turns(system, table, name))
+    return "torque" if turning else "force"
+
+
+def _labels(system: System, name: str) -> list[str]:
+    """List the contacts of an element that has several."""
+    return [label for owner, label in system.contacts if owner == name != label]
 
 
 def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:

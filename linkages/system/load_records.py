@@ -1,7 +1,7 @@
-"""Records of the kernels from applied loads, limits of coordinates, and points at straight lines.
+"""Records of the kernels from applied loads, barriers of coordinates, and points at straight lines.
 
-A stop and a point at a line are corners at a wall, like a block's in its slot; a stop of a revolute joint and a flank
-of a gear with backlash are coordinates at a limit. The contact kernels offset slot walls by the clearance. Here this
+A barrier of a prismatic joint and a point at a line are corners at a wall, like a block's in its slot; other barriers
+are coordinates at a limit. The contact kernels offset slot walls by the clearance. Here this
 length only scales depths, and the wall's position compensates for it.
 """
 
@@ -14,11 +14,13 @@ import numpy as np
 
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
-from linkages.elements.machine import count, elements_of, pack_elements, tell_elements
+from linkages.elements.contact_tables import ContactTable, FrictionTable
+from linkages.elements.coordinates import Barrier
+from linkages.elements.machine import count, pack_elements, packed_of, tell_elements
 from linkages.input.model.experiment import DEFINING, Experiment
-from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
+from linkages.input.model.experiment_tables import JointModel
 from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
-from linkages.input.model.load_tables import Limit, LoadFunction
+from linkages.input.model.load_tables import LoadFunction
 from linkages.laws.control import CONTROLLERS
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import make_motion, make_pose
@@ -158,7 +160,7 @@ def check_elements(tree: Tree, experiment: Experiment, q: Array, v: Array) -> No
     rows = np.empty((count(elements), len(LOAD_OUTPUTS)))
     body_states(tree.bodies, q, v, pose, vel)
     tell_elements(elements, 0, pose, vel, rows)
-    for (kind, name, keys), row in zip(elements_of(experiment.elements), rows, strict=True):
+    for (kind, name, keys), row in zip(packed_of(experiment.elements), rows, strict=True):
         if problem := kind.problem_at_start(keys, row, _COINCIDENT * tree.extent):
             raise InputError(experiment.source, f"{kind.table}.{name}", problem)
 
@@ -207,8 +209,8 @@ def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> No
 
 
 def unilateral_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
-    """Return dry joint models for each limit, then for each point at a line."""
-    models = [_dry(_reach(tree, limit), limit.contact, limit.friction) for limit in experiment.limits.values()]
+    """Return dry joint models for each barrier, then for each point at a line."""
+    models = [_dry(_reach(tree, one), one.contact, one.friction) for one in experiment.barriers.values()]
     models += [_dry(REACH * tree.extent, touch.contact, touch.friction) for touch in experiment.contacts.values()]
     return tuple(models)
 
@@ -221,15 +223,15 @@ def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None
 def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
     """Make the records of the two ends of each contact, in the same order."""
     records: list[tuple[Any, ...]] = []
-    for limit in experiment.limits.values():
-        row, sign = tree.gear_row(limit.other or limit.joint, limit.joint, limit.ratio, 0.0, limit.carrier)
-        (_, *ends, ux, uy), place = row[0], limit.lever * limit.side * limit.place - _reach(tree, limit)
-        if limit.other is None and not _turns(tree, limit.joint):
-            records.append((types.CORNER, *ends, limit.side * ux, limit.side * uy, place, *NO_STOP))
+    for one in experiment.barriers.values():
+        row, sign = tree.coupled_row(one.other or one.joint, one.joint, one.ratio, 0.0, one.carrier)
+        (_, *ends, ux, uy), place = row[0], one.lever * one.side * one.place - _reach(tree, one)
+        if one.other is None and not _turns(tree, one.joint):
+            records.append((types.CORNER, *ends, one.side * ux, one.side * uy, place, *NO_STOP))
             continue
-        if limit.other is not None:
+        if one.other is not None:
             ends[0] = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
-        records.append((types.STOP, *ends, limit.side * sign, 0.0, place, limit.lever, limit.arm, row))
+        records.append((types.STOP, *ends, one.side * sign, 0.0, place, one.lever, one.arm, row))
     for touch in experiment.contacts.values():
         if touch.line is not None:
             frame = tree.mechanism.point[touch.line]
@@ -242,9 +244,9 @@ def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
     return np.array(records, types.ENDS)
 
 
-def _reach(tree: Tree, limit: Limit) -> float:
-    """Return the scale of the depths at a limit."""
-    return REACH * (limit.lever if _turns(tree, limit.joint) else tree.extent)
+def _reach(tree: Tree, one: Barrier) -> float:
+    """Return the scale of the depths at a barrier."""
+    return REACH * (one.lever if _turns(tree, one.joint) else tree.extent)
 
 
 def _turns(tree: Tree, joint: str) -> bool:

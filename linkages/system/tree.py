@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import LaneArray
-from linkages.elements.element import Point
+from linkages.elements.coordinates import WHEEL, Coupled
+from linkages.elements.pictures import Point
 from linkages.input.model.functions import OF_JOINTS
-from linkages.input.model.load_tables import WHEEL, Mesh
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
@@ -96,8 +96,8 @@ class Tree:
     flexible: Mapping[str, Sequence[FlexibleLink]]  # substructures of the flexible links, by link
     sections: Mapping[tuple[str, float], int]  # bodies of sections, by substructure and abscissa on its beam [m]
     acting: int  # number of bodies without the unloaded sections at the end, which only outputs read
-    gears: tuple[Mesh, ...] = ()  # pairs of joints with coupled coordinates
-    slack: tuple[Mesh, ...] = ()  # the same with backlash
+    coupled: Mapping[str, Coupled] = field(default_factory=dict)  # joints with coupled coordinates, by element
+    loose: Mapping[str, Coupled] = field(default_factory=dict)  # the same within a free travel
     wheels: Mapping[str, int] = field(default_factory=dict)  # bodies of the gearboxes' output wheels, by coordinate
     hinges: tuple[str, ...] = ()  # joints between rigid segments of flexible links
 
@@ -113,27 +113,25 @@ class Tree:
 
     @cached_property
     def loop_rows(self) -> Records:
-        """Return the closure rows of the cut ideal joints, then the gears: reactions along the second joints' terms."""
-        return chained(self._rows(self.loops), self._gear_rows(self.gears))
+        """Return the closure rows of cut ideal joints, then of couplings: reactions along the second joints' terms."""
+        return chained(self._rows(self.loops), self._coupled_rows(self.coupled))
 
     @cached_property
     def closure_rows(self) -> Records:
         """Return the rows that close the whole ideal linkage.
 
-        First come two for each clearance joint, along x_P and y_P, then the gears with backlash.
+        First come two for each clearance joint, along x_P and y_P, then the loose couplings.
         """
-        return chained(chained(self._rows(self.play), self._gear_rows(self.slack)), self.loop_rows)
+        return chained(chained(self._rows(self.play), self._coupled_rows(self.loose)), self.loop_rows)
 
-    def _gear_rows(self, gears: Sequence[Mesh]) -> Records:
-        rows = [
-            self.gear_row(gear.joints[0], gear.joints[1], gear.ratio, gear.offset, gear.carrier)[0] for gear in gears
-        ]
+    def _coupled_rows(self, pairs: Mapping[str, Coupled]) -> Records:
+        rows = [self.coupled_row(*one.joints, one.ratio, one.offset, one.carrier)[0] for one in pairs.values()]
         return np.array(rows, types.ROW)
 
-    def gear_row(
+    def coupled_row(
         self, first: str, second: str, ratio: float, offset: float = 0.0, carrier: str | None = None
     ) -> tuple[tuple[Any, ...], float]:
-        """Return the row of a gear, second = ratio * first + offset, and the sign of its value along the second."""
+        """Return the row of second = ratio * first + offset, and the sign of its value along the second."""
         (one, sign), (two, other) = (self.seen_coordinate(name, carrier) for name in (second, first))
         return (one, sign * other * ratio, two, sign * offset, 1.0), sign
 
@@ -198,8 +196,8 @@ class Tree:
         cut = (*self.play, *self.loops) if ideal else self.loops
         contacts = {} if ideal else {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
         rows = accumulate((ROWS[self.mechanism.joint[name].type] for name in cut), initial=0)
-        slack = len(self.slack) if ideal else 0
-        first = {name: row + (name in self.loops) * slack for name, row in zip(cut, rows, strict=False)}
+        loose = len(self.loose) if ideal else 0
+        first = {name: row + (name in self.loops) * loose for name, row in zip(cut, rows, strict=False)}
         carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}
         records = []
         for joint in self.mechanism.joints:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
+from linkages.elements.analyses import Analysis
 from linkages.elements.machine import elements_of, pack_elements
-from linkages.input.model.capabilities import Analysis, check_analysis
+from linkages.input.model.capabilities import check_analysis
 from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
@@ -90,9 +91,9 @@ class Unassembled(Brief):
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
             {name: partial(flexible_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
-            {name: slack.inertia for name, slack in self.experiment.gearboxes.items()},
+            self.experiment.wheels,
         )
-        return replace(tree, gears=tuple(self.experiment.closed.values()), slack=tuple(self.experiment.slack.values()))
+        return replace(tree, coupled=self.experiment.closed, loose=self.experiment.loose)
 
     @property
     def inertials(self) -> dict[str, float]:
@@ -203,7 +204,7 @@ class Unassembled(Brief):
     @cached_property
     def contacts(self) -> tuple[tuple[str, str], ...]:
         """Return owner and label of each contact: clearance joints (`Tree.contacts`), limits, points at lines."""
-        labels = (*self.experiment.limits, *self.experiment.contacts)
+        labels = (*self.experiment.barriers, *self.experiment.contacts)
         return (*self.tree.contacts, *((label.rpartition(".")[0] or label, label) for label in labels))
 
     @cached_property

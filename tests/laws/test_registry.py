@@ -16,7 +16,7 @@ from numba import config
 from pydantic import TypeAdapter, ValidationError
 
 import linkages
-from linkages.input.model.experiment_tables import ContactName
+from linkages.elements.contact_tables import ContactName
 from linkages.laws import (
     CONTACTS,
     FRICTIONS,

@@ -18,6 +18,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, listed
 from linkages.base.kernel.block import Contents, contents
+from linkages.elements.machine import elements_of
 from linkages.engines.compiled.run.job import make_given
 from linkages.input.model.mechanism import Frame, Mechanism
 from linkages.mechanics.planar.kinematics import poses_at
@@ -149,9 +150,9 @@ def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
 def _counts_from_reference(system: System) -> bool:
     """Check for parts that count coordinates or directions from the reference configuration."""
     experiment = system.experiment
-    tables = experiment.stops, experiment.torsion_springs, experiment.gears, experiment.couplings, experiment.quantities
+    counting = any(kind.from_reference for kind, _, _ in elements_of(experiment.elements))
     oriented = any(joint.feed or joint.is_tilted or joint.is_worn for joint in experiment.joints.values())
-    return any(map(bool, tables)) or oriented or bool(system.tree.flexible)
+    return counting or bool(experiment.quantities) or oriented or bool(system.tree.flexible)
 
 
 def _inertias(mechanism: Mechanism) -> Array:

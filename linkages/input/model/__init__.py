@@ -5,9 +5,8 @@
 | mechanism         | `Mechanism`: links, joints, frames in the reference configuration, from SDFormat |
 | experiment        | `Experiment`: drives, joint models, loads, settings, from TOML                   |
 | experiment_tables | tables of joint models, solver                                                   |
-| drive_tables      | tables of drives, of backlash                                                    |
-| law_tables        | tables that name a law, with the law's declared parameters                       |
-| load_tables       | tables of applied loads, gears, limit stops, points at straight lines            |
+| drive_tables      | tables of drives                                                                 |
+| load_tables       | tables of applied loads, points at straight lines                                |
 | state_tables      | additional states, motors, controllers, and the quantities they define           |
 | link_tables       | tables of links: flexible or rigid, modes, damping                               |
 | beam_interfaces   | flexible links: interfaces at joints and loads, substructures                    |

@@ -1,15 +1,14 @@
-"""Tables of applied loads, gears, couplings, limit stops, and contacts of points with straight lines."""
+"""Tables of applied loads, and of contacts of points with straight lines."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import Annotated, Literal
 
 from pydantic import Field
 
+from linkages.elements.contact_tables import ContactTable, FrictionTable
 from linkages.input.files.formula import Formula, parse
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf, check_history
-from linkages.input.model.drive_tables import Backlash
-from linkages.input.model.experiment_tables import ContactTable, FrictionTable
 from linkages.input.model.functions import OF_JOINTS, OF_POINTS, TIME, Definition, check_table, formula
 from linkages.input.model.recorded_tables import FromFile
 
@@ -195,114 +194,6 @@ class JointFriction(Table):
         formula = parse(text)
         own = {name: getattr(self, name) for name in formula.names - {"v"}}
         return Definition(formula, {**own, "radius": self.radius or 1.0, "v": f"{self.joint}.rate"})
-
-
-#: End of the name of the output wheel of a drive's gearbox, after the joint's.
-WHEEL = ".wheel"
-
-
-class Limit(NamedTuple):
-    """A contact at the limit of a joint's coordinate less `ratio` times another's: a stop, or a gear's flank."""
-
-    joint: str
-    side: float  # 1: upper limit, -1: lower limit
-    place: float  # [rad or m]
-    contact: ContactTable
-    lever: float = 1.0  # penetration per coordinate beyond the limit
-    ratio: float = 0.0
-    other: str | None = None
-    carrier: str | None = None
-    friction: FrictionTable | None = None
-    arm: float = 0.0  # sliding speed over the angular velocity of both joints' children relative to each other [m]
-
-
-class Mesh(Table):
-    """Two joints with coupled coordinates: second = ratio * first + offset, or within the backlash from it.
-
-    Joints that share no link, such as a sun's in the housing and a planet's in its carrier, need `carrier` (seen from
-    this link, both wheels turn by the ratio) or `mimic` (their own coordinates have the ratio).
-    """
-
-    if TYPE_CHECKING:
-
-        @property
-        def ratio(self) -> float:
-            """Return the coordinate of the second joint per coordinate of the first."""
-
-    joints: TwoOf[str] = Field(
-        description="two revolute or prismatic joints; their coordinates are zero in the reference configuration"
-    )
-    offset: Finite = Field(0.0, description="coordinate of the second joint where the first is zero, in SI units")
-    carrier: str | None = Field(
-        None,
-        description="joints that share no link: link on which both wheels have their axes, such as a planet carrier; "
-        "the coordinate of a joint that does not join it becomes the angle of the joint's child from this link",
-    )
-    mimic: bool = Field(
-        False, description="joints that share no link: true couples their own coordinates, as a mimic joint of a robot"
-    )
-    backlash: Backlash | None = Field(None, description="backlash; default: none")
-
-    def _complete(self) -> None:
-        if self.joints[0] == self.joints[1]:
-            raise ValueError(f'both joints are "{self.joints[0]}"')
-        if self.mimic and self.carrier is not None:
-            raise ValueError("give either carrier or mimic")
-
-    @property
-    def flanks(self) -> dict[str, Limit]:
-        """Return the contacts of the backlash by side; none without backlash."""
-        if (slack := self.backlash) is None:
-            return {}
-        first, second = self.joints
-        pair, teeth = (slack.lever, self.ratio, first, self.carrier), (slack.friction, slack.arm or 0.0)
-        return {
-            name: Limit(second, side, self.offset + 0.5 * side * slack.width, slack.contact, *pair, *teeth)
-            for name, side in (("upper", 1.0), ("lower", -1.0))
-        }
-
-
-class Coupling(Mesh):
-    """Two coaxial shafts that turn together: the coordinates of their joints differ by the offset."""
-
-    @property
-    def ratio(self) -> float:
-        """Return 1."""
-        return 1.0
-
-
-class Gear(Mesh):
-    """Two joints with coupled coordinates: second = ratio * first + offset.
-
-    For meshing gears with equally directed axes the ratio is negative; for belts and chains it is positive. With a
-    prismatic joint the gear is a rack or a screw: the ratio is in m/rad.
-    """
-
-    ratio: Finite = Field(description="coordinate of the second joint per coordinate of the first; not 0")
-
-    def _complete(self) -> None:
-        super()._complete()
-        if self.ratio == 0.0:
-            raise ValueError("ratio is 0; the second joint would not move")
-
-
-class Stop(Table):
-    """A limit stop that a joint's coordinate meets from one side, with a contact law.
-
-    At a revolute joint the law's penetration is an angle and its force a torque; at a prismatic joint read m for rad.
-    """
-
-    of_any_joint = True
-
-    joint: str = Field(description="ideal joint whose range the stop limits")
-    side: Literal["upper", "lower"] = Field(description="upper or lower limit of the coordinate")
-    limit: Finite = Field(description="coordinate of the stop, zero in the reference configuration [rad]")
-    contact: ContactTable = Field(description="contact law, with stiffness [N m/rad^n]")
-
-    @property
-    def as_limit(self) -> Limit:
-        """Return the contact."""
-        return Limit(self.joint, 1.0 if self.side == "upper" else -1.0, self.limit, self.contact)
 
 
 class LineContact(Table):

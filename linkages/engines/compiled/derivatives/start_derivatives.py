@@ -64,7 +64,7 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
     """
     tree, experiment = system.tree, system.experiment
     determined = (
-        experiment.start == "centred" and not tree.flexible and not (tree.powered and (tree.play or tree.slack))
+        experiment.start == "centred" and not tree.flexible and not (tree.powered and (tree.play or tree.loose))
     )
     determined = determined and bool(np.isfinite(system.assembly.quality))
     found = np.zeros((len(nearby), len(start_state(system))))

@@ -1,4 +1,4 @@
-"""Shapes of an experiment's elements: drives, loads, gears, stops, lines in contact with points."""
+"""Shapes of an experiment's elements: drives, loads, lines in contact with points."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError
-from linkages.elements.element import Around, Between, Picture
 from linkages.elements.machine import elements_of
+from linkages.elements.pictures import Around, Between, Named, Picture, Ring, Traced, Wall
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.load_tables import ForceTable, LineContact, Mesh, Stop
+from linkages.input.model.load_tables import ForceTable, LineContact
 from linkages.input.model.mechanism import Joint
 from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.planar.kinematics import state_tables
@@ -27,8 +27,6 @@ _REACH = 12.0  # half the length of a contact line
 _DRIVE, _TORQUE = 3.4, 4.3  # radii of the arrows around a joint
 _ZIGZAG = np.arange(-4.0, 5.0), 1.2 * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0])  # along the slot, and across
 _NAME = 3.6  # distance of a load's name from its joint
-_STOP = 2.6, 7.0  # distances from the joint of the ends of an angular stop
-_PULLEYS = 0.3, 6.0  # the larger pulley of a belt: radius over the distance of the axes, or in units if they coincide
 _TIMES = 501  # number of sampled times of drives and loads
 
 
@@ -40,7 +38,7 @@ class Done:
         self.senses, self.strongest = senses(asked), strongest(asked)
 
     def all(self, experiment: Experiment) -> Iterator[Shape]:
-        """Draw all loads, gears, stops and lines."""
+        """Draw all loads, elements and lines."""
         for name, force in experiment.forces.items():
             yield from self._force(name, force)
         for name, torque in experiment.torques.items():
@@ -54,15 +52,12 @@ class Done:
                 yield from self.parts.turning("load", link.name, link.com, 2.8, sign)
                 yield shape("load name", [self.parts.off(link.name, link.com, (0.0, 4.4))], text=name)
         for kind, name, keys in elements_of(experiment.elements):
-            yield from self._element(name, kind.picture(keys))
+            for picture in kind.picture(keys, self):
+                yield from self._part(name, picture)
         for name, friction in experiment.frictions.items():
             joint = self.mechanism.joint[friction.joint]
             yield shape("friction", [self.parts.on(joint.child, joint.on_child)])
             yield self._beside(name, joint, _NAME)
-        for name, gear in experiment.meshes.items():
-            yield from self._gear(name, gear)
-        for name, stop in experiment.stops.items():
-            yield from self._stop(name, stop)
         for name, touch in experiment.contacts.items():
             yield from self._line(name, touch)
 
@@ -97,13 +92,31 @@ class Done:
         parts.take(parts.at(at), parts.at(tail) - parts.at(at))
         yield shape("load name", [tail], text=name)
 
-    def _element(self, name: str, picture: Picture) -> Iterator[Shape]:
-        """Draw an element."""
+    def joint(self, name: str) -> Joint:
+        """Return a joint."""
+        return self.mechanism.joint[name]
+
+    def farthest(self, link: str, point: Array) -> Array:
+        """Return the way (2,) from a point to the farthest place of a link, in the reference configuration [m]."""
+        ways = skeleton(self.mechanism, self.mechanism.link[link], self.parts.tree.extent).places - point
+        return np.asarray(ways[int(np.linalg.norm(ways, axis=1).argmax())])
+
+    def _part(self, name: str, picture: Picture) -> Iterator[Shape]:
+        """Draw a part of the picture of an element with this name."""
         match picture:
             case Between():
                 yield from self._between(name, picture)
             case Around():
                 yield from self._around(name, picture)
+            case Traced(points):
+                yield shape("pitch line", [self.parts.on(*point) for point in points])
+            case Wall(link, place, ends, into):
+                yield from self.parts.hatching(link, place, ends, into)
+            case Ring(joint):
+                one = self.mechanism.joint[joint]
+                yield shape("friction", [self.parts.on(one.child, one.on_child)])
+            case Named(joint):
+                yield self._beside(name, self.mechanism.joint[joint], _NAME)
 
     def _between(self, name: str, picture: Between) -> Iterator[Shape]:
         """Draw a dashed line between two points; a support at a fixed one."""
@@ -141,75 +154,6 @@ class Done:
             yield self._beside(name, joint, 4.6)
         else:
             yield shape("load name", [self.parts.off(link, at, (0.0, 4.6))], text=name)
-
-    def _gear(self, name: str, gear: Mesh) -> Iterator[Shape]:
-        """Draw the pitch circles of meshing wheels or of a rack's pinion; or the pulleys and the belt."""
-        first, second = (self.mechanism.joint[joint] for joint in gear.joints)
-        shared = (one for one in (first.parent, first.child) if one in (second.parent, second.child))
-        carrier = gear.carrier or next(shared, None)
-        apart = second.on_child - first.on_child
-        distance, ratio = float(np.linalg.norm(apart)), abs(gear.ratio)
-        turning = [joint for joint in (first, second) if joint.type == "revolute"]
-        meshing = gear.ratio * first.sign * second.sign < 0.0
-        if len(turning) == 2:
-            sizes = np.array([ratio, 1.0])
-            wide, alone = _PULLEYS
-            if distance == 0.0:
-                radii = alone * self.unit * sizes / sizes.max()
-            elif meshing and carrier is not None:
-                radii = distance * sizes / sizes.sum()
-            else:
-                radii = wide * distance * sizes / sizes.max()
-        else:
-            radii = np.array([ratio if first.type == "revolute" else 1.0 / ratio])
-        for joint, radius in zip(turning, radii, strict=False):
-            yield self._wheel(joint, carrier, float(radius))
-        if distance > 0.0 and not (meshing and len(turning) == 2 and carrier is not None):
-            yield from self._belt(first, second, carrier, apart / distance, radii if len(turning) == 2 else np.zeros(2))
-        at = turning[0] if turning else first
-        yield self._beside(name, at, _NAME)
-
-    def _wheel(self, joint: Joint, carrier: str | None, radius: float) -> Shape:
-        """Draw a circle with a spoke on the link that rotates on the carrier."""
-        link, at = (joint.parent, joint.on_parent) if joint.child == carrier else (joint.child, joint.on_child)
-        turn = np.linspace(0.0, 2.0 * np.pi, 73)
-        rim = np.column_stack([np.cos(turn), np.sin(turn)]) * radius / self.unit
-        return shape("gear", [self.parts.on(link, at, place) for place in (np.zeros(2), *rim)])
-
-    def _belt(self, first: Joint, second: Joint, carrier: str | None, along: Array, radii: Array) -> Iterator[Shape]:
-        """Draw the tangents of two wheels on a carrier; a line between the joints if there are none."""
-        if carrier is None or not radii.any():
-            yield shape("gear", [self.parts.on(joint.child, joint.on_child) for joint in (first, second)])
-            return
-        distance = float(np.linalg.norm(second.on_child - first.on_child))
-        sine = (radii[0] - radii[1]) / distance
-        for side in (1.0, -1.0):
-            normal = sine * along + side * np.sqrt(1.0 - sine**2) * np.array([-along[1], along[0]])
-            ends = zip((first, second), radii / self.unit, strict=True)
-            yield shape("gear", [self.parts.on(carrier, joint.on_child, radius * normal) for joint, radius in ends])
-
-    def _stop(self, name: str, stop: Stop) -> Iterator[Shape]:
-        """Draw the limit of a joint's coordinate, hatched beyond it."""
-        joint, beyond = self.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
-        if joint.type == "prismatic":
-            across = np.array([-joint.direction[1], joint.direction[0]])
-            at = (stop.limit / self.unit + beyond * 2.3) * joint.direction  # position of the block's edge
-            ends = np.array([at + s * across for s in (-2.6, 2.6)])
-            yield from self.parts.hatching(joint.parent, joint.on_parent, ends, beyond * joint.direction)
-        else:
-            held, link, sense = joint.parent, joint.child, joint.sign
-            if link == "world":
-                held, link, sense = joint.child, joint.parent, -joint.sign
-            form = skeleton(self.mechanism, self.mechanism.link[link], self.parts.tree.extent)
-            ways = form.places - joint.on_child
-            way = ways[int(np.linalg.norm(ways, axis=1).argmax())]
-            angle = np.arctan2(way[1], way[0]) + sense * stop.limit
-            along = np.array([np.cos(angle), np.sin(angle)])
-            normal = sense * beyond * np.array([-along[1], along[0]])
-            edge = 0.65 * normal  # half of a bar
-            ends = np.array([s * along + edge for s in _STOP])
-            yield from self.parts.hatching(held, joint.on_parent, ends, normal)
-        yield self._beside(name, joint, _NAME)
 
     def _line(self, name: str, touch: LineContact) -> Iterator[Shape]:
         """Draw a contact line of a point, hatched on the forbidden side."""

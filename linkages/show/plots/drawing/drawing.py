@@ -74,7 +74,7 @@ def draw(asked: System) -> Drawing:
     mechanism, experiment = asked.mechanism, asked.experiment
     starts = {name: drive.start(experiment.values) for name, drive in experiment.drives.items()}  # [rad or m]
     try:
-        system = movable(mechanism, starts, experiment.meshes)
+        system = movable(mechanism, starts, experiment.couplings_alone)
         ways = [travel(system, name) for name in system.experiment.drives]
         tree, pose, problem = system.tree, _pose(system.tree, system.assembly.q), ""
     except AssemblyError as failure:

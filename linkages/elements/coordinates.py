@@ -1,0 +1,43 @@
+"""What elements do to joints' coordinates: they couple two of them, or bar the way of one by a contact.
+
+Joint coordinates are zero in the reference configuration, in rad or m.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from linkages.elements.contact_tables import ContactTable, FrictionTable
+
+#: End of the name of the coordinate of a wheel that a drive turns before its joint, after the joint's name.
+WHEEL = ".wheel"
+
+
+@dataclass(frozen=True)
+class Coupled:
+    """Two joints with coupled coordinates: second = ratio * first + offset, or at most half a width from it."""
+
+    joints: tuple[str, str]
+    ratio: float
+    offset: float
+    carrier: str | None  # link from which both coordinates are seen; None: their own
+    label: str  # in messages: the kind and the joints
+    width: float | None = None  # free travel of the second coordinate; None: none
+    travel: str = ""  # in messages: what the free travel is
+    start: float = 0.0  # second coordinate at t = 0, from the middle of the free travel
+
+
+@dataclass(frozen=True)
+class Barrier:
+    """A contact that a joint's coordinate, less `ratio` times another's, meets from one side."""
+
+    joint: str
+    side: float  # 1: from below, -1: from above
+    place: float  # [rad or m]
+    contact: ContactTable
+    lever: float = 1.0  # penetration per coordinate beyond the place
+    ratio: float = 0.0
+    other: str | None = None
+    carrier: str | None = None  # link from which both coordinates are seen; None: their own
+    friction: FrictionTable | None = None
+    arm: float = 0.0  # sliding speed over the angular velocity of both joints' children relative to each other [m]

@@ -1,0 +1,88 @@
+"""Pictures of elements as data: shapes at points and joints, without a drawing's units or colours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from linkages.base.arrays import Array
+
+Point = str | Sequence[float]  #: origin of a link or frame, by name; or a fixed point in plane axes [m]
+
+
+class Jointed(Protocol):
+    """A joint; `linkages.input.model.mechanism.Joint` is one, and explains these attributes."""
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    on_parent: Array
+    on_child: Array
+    sign: float
+    direction: Array
+
+
+class Scene(Protocol):
+    """A machine to draw in, for `linkages.elements.element.Element.picture`."""
+
+    @property
+    def unit(self) -> float:
+        """Return the unit of lengths in drawings [m]."""
+
+    def joint(self, name: str) -> Any:
+        """Return a joint, a `Jointed`."""
+
+    def farthest(self, link: str, point: Array) -> Array:
+        """Return the way (2,) from a point to the farthest place of a link, in the reference configuration [m]."""
+
+
+@dataclass(frozen=True)
+class Between:
+    """A dashed line between two points, with the element's name."""
+
+    one: Point
+    other: Point
+
+
+@dataclass(frozen=True)
+class Around:
+    """A spiral at a joint or at a link's centre of mass; a zigzag along a prismatic joint; with the element's name."""
+
+    joint: str | None
+    link: str | None
+
+
+@dataclass(frozen=True)
+class Traced:
+    """A line in the style of a pitch circle through points: a link, a place on it [m], and a way from there [units]."""
+
+    points: Sequence[tuple[str, Array, Array]]
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A hatched line on a link: ways of both ends from a place on it [units], and the direction of the hatching."""
+
+    link: str
+    place: Array
+    ends: Array
+    into: Array
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A circle around a joint."""
+
+    joint: str
+
+
+@dataclass(frozen=True)
+class Named:
+    """The element's name beside a joint."""
+
+    joint: str
+
+
+Picture = Between | Around | Traced | Wall | Ring | Named
