@@ -258,7 +258,7 @@ def test_gears_stops_and_frictions_are_drawn(experiment_file, axis):
     assert drawing.facts[0].endswith("1 degree of freedom")  # the gear takes the other
     assert [slider.name for slider in drawing.sliders] == ["O"]
     assert {"mesh", "pin", "end", "drag", "own"} <= {one.text for one in drawing.shapes if one.role == "load name"}
-    (middle,) = [placed(one.at, drawing.pose)[0] for one in drawing.shapes if one.role == "friction"]
+    (middle,) = [placed(one.at, drawing.pose)[0] for one in drawing.shapes if one.role == "ring"]
     np.testing.assert_allclose(middle, [0.3, 0.0], atol=1e-12)
     circles = [placed(one.at, drawing.pose) for one in drawing.shapes if one.role == "pitch line"]
     for rim, centre, radius in zip(circles, (0.0, 0.3), (0.1, 0.2), strict=True):

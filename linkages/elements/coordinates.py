@@ -1,13 +1,16 @@
-"""What elements do to joints' coordinates: they couple two of them, or bar the way of one by a contact.
+"""What elements do to joints' coordinates: couple two of them, bar the way of one by a contact, push along one.
 
 Joint coordinates are zero in the reference configuration, in rad or m.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from linkages.elements.contact_tables import ContactTable, FrictionTable
+from linkages.input.files.formula import Formula
 
 #: End of the name of the coordinate of a wheel that a drive turns before its joint, after the joint's name.
 WHEEL = ".wheel"
@@ -41,3 +44,23 @@ class Barrier:
     carrier: str | None = None  # link from which both coordinates are seen; None: their own
     friction: FrictionTable | None = None
     arm: float = 0.0  # sliding speed over the angular velocity of both joints' children relative to each other [m]
+
+
+class Law(NamedTuple):
+    """A formula whose names stand for numbers, or for positions and speeds such as ``JOINT.rate``."""
+
+    formula: Formula
+    names: Mapping[str, float | str]
+
+
+@dataclass(frozen=True)
+class Push:
+    """A torque, or force, along a joint's coordinate: a formula, and a share of the load of the joint.
+
+    The load is the force in the joint or, if that is larger, the leverage times the magnitude of its moment.
+    """
+
+    joint: str
+    law: Law  # [N m or N]
+    share: Law | None = None  # over the load [m or 1]; None: it does not depend on the load
+    leverage: float = 0.0  # [1/m]

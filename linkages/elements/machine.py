@@ -13,9 +13,10 @@ import numpy as np
 
 from linkages.base.arrays import Array, Records
 from linkages.base.kernel import kernel, lazy_kernel
-from linkages.elements.coordinates import Barrier, Coupled
+from linkages.elements.coordinates import Barrier, Coupled, Push
 from linkages.elements.coupling import COUPLING
 from linkages.elements.element import Element, Places
+from linkages.elements.friction import FRICTION
 from linkages.elements.gear import GEAR
 from linkages.elements.gearbox import GEARBOX
 from linkages.elements.spring import SPRING
@@ -24,10 +25,11 @@ from linkages.elements.torsion_spring import TORSION_SPRING
 from linkages.mechanics.planar.record_types import MARKER
 
 #: All kinds, in the order in which their forces are added.
-KINDS: tuple[Element[Any], ...] = (SPRING, TORSION_SPRING, STOP, GEAR, COUPLING, GEARBOX)
+KINDS: tuple[Element[Any], ...] = (FRICTION, SPRING, TORSION_SPRING, STOP, GEAR, COUPLING, GEARBOX)
 
 OF_ELEMENTS = {kind.table: kind for kind in KINDS}  #: the kinds, by their tables
 TABLES = tuple(kind.table for kind in KINDS if kind.derived is None)  #: of experiments
+PUSHING = tuple(kind.table for kind in KINDS if kind.push is not None)  #: whose elements are loads
 _PACKED = tuple(kind for kind in KINDS if kind.record is not None)  # with kernels
 
 #: The records of each kind with kernels, by its table.
@@ -53,6 +55,11 @@ def couplings_by_name(tables: Tables) -> dict[str, Coupled]:
     """Return the coordinates that elements couple, by the elements' names."""
     found = ((name, kind.couples(keys)) for kind, name, keys in elements_of(tables))
     return {name: one for name, one in found if one is not None}
+
+
+def pushes_of(tables: Tables) -> list[Push]:
+    """List the pushes of elements along coordinates, in the order of `PUSHING`."""
+    return [kind.push(keys) for kind, _, keys in elements_of(tables) if kind.push is not None]
 
 
 def barriers_by_label(tables: Tables) -> dict[str, Barrier]:

@@ -10,7 +10,6 @@ import numpy as np
 from linkages.elements.machine import OF_ELEMENTS
 from linkages.results.extremes import averages, extremes, integral, peaks
 from linkages.results.impacts import Impact
-from linkages.results.outputs.joints import turns
 from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
@@ -119,8 +118,7 @@ def effort_of(system: System, table: str, name: str) -> str:
     if table in OF_ELEMENTS:
         kind, keys = OF_ELEMENTS[table], system.experiment.elements[table][name]
         return kind.outputs_of(keys, system.mechanism.slides)[0].effort
-    turning = table in ("torques", "motors") or (table == "frictions" and turns(system, table, name))
-    return "torque" if turning else "force"
+    return "torque" if table in ("torques", "motors") else "force"
 
 
 def _labels(system: System, name: str) -> list[str]:

@@ -16,7 +16,7 @@ from linkages.base.arrays import Records
 from linkages.base.errors import InputError
 from linkages.elements.contact_tables import ContactTable, FrictionTable
 from linkages.elements.coordinates import Barrier
-from linkages.elements.machine import count, pack_elements, packed_of, tell_elements
+from linkages.elements.machine import count, pack_elements, packed_of, pushes_of, tell_elements
 from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import JointModel
 from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
@@ -63,15 +63,14 @@ def pack_loads(
         record["term"], record["sign"] = tree.coordinate_of(torque.joint, ("world", torque.link or "world"))
         constant, values = torque.torque, [[value] for value in torque.torques or []]
         record["motion"] = functions.add(torque, None if constant is None else [constant], values or None)
-    for friction in experiment.frictions.values():
+    for push in pushes_of(experiment.elements):
         record = next(following)
         record["kind"] = types.PUSH
-        record["term"], record["sign"] = tree.coordinate(friction.joint)
-        record["motion"] = functions.add_definition(friction.law)
-        if friction.depends_on_force:
-            record["joint"] = list(mechanism.joint).index(friction.joint)
-            record["share"] = functions.add_definition(friction.share)
-            record["leverage"] = 2.0 / friction.length if friction.length is not None else 0.0
+        record["term"], record["sign"] = tree.coordinate(push.joint)
+        record["motion"] = functions.add_definition(Definition(*push.law))
+        if push.share is not None:
+            record["joint"] = list(mechanism.joint).index(push.joint)
+            record["share"], record["leverage"] = functions.add_definition(Definition(*push.share)), push.leverage
     for name, motor in experiment.motors.items():
         record = next(following)
         record["kind"], record["motion"] = types.PUSH, functions.add_definition(named(f"{name}.torque"))

@@ -175,7 +175,7 @@ def add_linkage(
     system.check_analysis(Analysis.DRAKE)
     if not samples:
         system.check_analysis(Analysis.DIAGRAM)
-    if external and any(one.depends_on_force for one in system.experiment.frictions.values()):
+    if external and (system.loads[0]["joint"] >= 0).any():
         raise InputError(
             "argument", "external", "adds forces that the friction of a joint cannot know; use no coefficient"
         )

@@ -268,19 +268,6 @@ class _Check:
             if (count := getattr(model, key)) and count < least:
                 self.refuse(key, f"is {count}; its {others + 1} {what} need {least} modes or more, or 0")
 
-    def frictions(self, friction: tables.JointFriction) -> None:
-        self.moving(friction.joint)
-        if friction.joint in self.experiment.play:
-            own = f"[joints.{friction.joint}.friction]"
-            self.refuse("joint", f'"{friction.joint}" has clearance; give it a table {own}')
-        slides = self.slides(friction.joint)
-        if friction.depends_on_force and not slides and friction.radius is None:
-            self.refuse("radius", "is missing: a coefficient needs the radius of the pin")
-        for key, fits in (("radius", not slides), ("length", slides)):
-            if getattr(friction, key) is not None and not fits:
-                self.refuse(key, f'has no effect: "{friction.joint}" is {"prismatic" if slides else "revolute"}')
-        self.units(tables.JointFriction, slides)
-
     def link_of(self, key: str, point: Point) -> str:
         """Return the link of a point, "world" for a fixed one; refuse an unknown one."""
         return self.point(key, point).link if isinstance(point, str) else "world"

@@ -21,8 +21,9 @@ from linkages.base.brief import Brief
 from linkages.base.errors import InputError, shortened
 from linkages.elements.coordinates import Barrier, Coupled
 from linkages.elements.coupling import Coupling
+from linkages.elements.friction import JointFriction
 from linkages.elements.gear import Gear
-from linkages.elements.machine import KINDS, TABLES, barriers_by_label, couplings_by_name, elements_of
+from linkages.elements.machine import KINDS, PUSHING, TABLES, barriers_by_label, couplings_by_name, elements_of
 from linkages.elements.spring import Spring
 from linkages.elements.stop import Stop
 from linkages.elements.torsion_spring import TorsionSpring
@@ -46,9 +47,9 @@ _Values = Mapping[str, Any]
 _NONE: _Values = MappingProxyType({})
 
 #: The tables of applied loads, in the order in which the loads are packed.
-LOADS = ("forces", "torques", "frictions", "motors")
-#: The other tables of named elements, after the tables of `linkages.elements`.
-OTHERS = ("contacts",)
+LOADS = ("forces", "torques", *PUSHING, "motors")
+#: The tables of all named elements.
+NAMED = tuple(dict.fromkeys((*LOADS, *TABLES, "contacts")))
 
 #: The tables that define quantities for formulas.
 DEFINING = ("states", "motors", "controllers")
@@ -132,7 +133,7 @@ class Experiment(Brief, Table):
     torques: dict[str, tables.Torque] = Field({}, description="applied torques by name")
     springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, by name")
     torsion_springs: dict[str, TorsionSpring] = Field({}, description="torsion springs and dampers by name")
-    frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
+    frictions: dict[str, JointFriction] = Field({}, description="friction in ideal joints, by name")
     values: dict[str, Value] = Field({}, description="numbers by name, for formulas; in SI units, or with a unit")
     states: dict[str, State] = Field({}, description="additional states by name, for formulas")
     motors: dict[str, Motor] = Field({}, description="motors that turn revolute joints, by name")
@@ -168,7 +169,7 @@ class Experiment(Brief, Table):
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
         tables = {"links": self.links} | {
-            name: getattr(self, name) for name in (*LOADS, *TABLES, "values", "states", "controllers", *OTHERS)
+            name: getattr(self, name) for name in (*NAMED, "values", "states", "controllers")
         }
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
@@ -243,7 +244,7 @@ class Experiment(Brief, Table):
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each applied load: forces, torques, frictions, motors."""
+        """Return table and name of each applied load."""
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
 
     @cached_property
@@ -291,7 +292,7 @@ class Experiment(Brief, Table):
     @property
     def named(self) -> tuple[tuple[str, str], ...]:
         """Return table and name of each named element: loads, elements, contacts."""
-        return tuple((table, name) for table in (*LOADS, *TABLES, *OTHERS) for name in getattr(self, table))
+        return tuple((table, name) for table in NAMED for name in getattr(self, table))
 
     @property
     def acting(self) -> tuple[tuple[str, str], ...]:

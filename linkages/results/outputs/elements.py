@@ -41,6 +41,9 @@ def _told(outputs: Quantities) -> dict[str, Declaration]:
 
 
 def _at_row(system: System, name: str) -> Element:
+    loads = [load for _, load in system.experiment.loads]
+    if name in loads:
+        return Element(loads.index(name))
     names = [name for _, name, _ in packed_of(system.experiment.elements)]
     return Element(len(system.loads[0]) + names.index(name))
 

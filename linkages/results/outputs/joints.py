@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -72,22 +71,11 @@ _OF_FORCE = {
 }
 _OF_TORQUE = "applied torque, counter-clockwise; in a joint: along its coordinate [N m]"
 _OF_MOTOR = "torque of a motor on the joint's child, along the joint's coordinate [N m]"
-_OF_FRICTION = "friction in an ideal joint, along its coordinate"
 
 
 def _values(**texts: str) -> dict[str, Declaration]:
     """Make the quantities of a load: its value, a second one if any, its power."""
     return quantities(load_value, **texts) | _POWER
-
-
-def turns(system: System, table: str, name: str) -> bool:
-    """Tell whether a friction gives a torque."""
-    return not system.mechanism.slides(getattr(system.experiment, table)[name].joint)
-
-
-def of_joints(table: str, turning: bool) -> Callable[[System], Iterable[str]]:
-    """List the frictions that give a torque, or a force."""
-    return lambda system: [name for name in getattr(system.experiment, table) if turns(system, table, name) is turning]
 
 
 def _at_joint(system: System, name: str) -> Element:
@@ -123,6 +111,4 @@ FORCES = (
     Owner("FORCE", lambda system: system.experiment.forces, _at_load, _OF_FORCE),
     Owner("TORQUE", lambda system: system.experiment.torques, _at_load, _values(torque=_OF_TORQUE)),
     Owner("MOTOR", lambda system: system.experiment.motors, _at_load, _values(torque=_OF_MOTOR)),
-    Owner("FRICTION (revolute)", of_joints("frictions", True), _at_load, _values(torque=f"{_OF_FRICTION} [N m]")),
-    Owner("FRICTION (prismatic)", of_joints("frictions", False), _at_load, _values(force=f"{_OF_FRICTION} [N]")),
 )  # fmt: skip

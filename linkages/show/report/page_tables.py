@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
 
+from linkages.elements.element import Element
 from linkages.elements.machine import KINDS, TABLES, elements_of
 from linkages.elements.outputs import Source
 from linkages.input.files.magnitudes import rounded
@@ -183,15 +184,19 @@ def impacts(results: Results) -> PageTable | None:
 
 
 def _turning(results: Results) -> list[str]:
-    """Name the elements of which one of several contacts is in the table with an angle and a torque."""
-    loads, found = results.summary.get("loads", {}), []
+    """Name the elements whose contacts are in the table with angles and torques."""
+    loads = results.summary.get("loads", {})
     tables = {table: results.experiment.get(table, {}) for table in TABLES}
-    for kind, name, given in elements_of(tables, (kind for kind in KINDS if kind.derived is None)):
-        if "impacts" in loads.get(name, {}):
-            turns = "torque" in loads[name]
-            outputs = kind.outputs_of(kind.keys.model_validate(given), lambda joint, turns=turns: not turns)
-            found += [name] if any(one.effort == "torque" for one in outputs if one.source is Source.CONTACT) else []
-    return found
+    parts = elements_of(tables, (kind for kind in KINDS if kind.derived is None))
+    return [
+        name for kind, name, given in parts if "impacts" in loads.get(name, {}) and _gives(kind, given, loads[name])
+    ]
+
+
+def _gives(kind: Element[Any], given: Mapping[str, Any], load: Mapping[str, Any]) -> bool:
+    """Tell whether the contacts of an element give torques; `load` are its numbers."""
+    outputs = kind.outputs_of(kind.keys.model_validate(given), lambda joint: "torque" not in load)
+    return any(one.effort == "torque" for one in outputs if one.source is Source.CONTACT)
 
 
 def provenance(results: Results) -> PageTable:

@@ -54,10 +54,6 @@ class Done:
         for kind, name, keys in elements_of(experiment.elements):
             for picture in kind.picture(keys, self):
                 yield from self._part(name, picture)
-        for name, friction in experiment.frictions.items():
-            joint = self.mechanism.joint[friction.joint]
-            yield shape("friction", [self.parts.on(joint.child, joint.on_child)])
-            yield self._beside(name, joint, _NAME)
         for name, touch in experiment.contacts.items():
             yield from self._line(name, touch)
 
@@ -114,7 +110,7 @@ class Done:
                 yield from self.parts.hatching(link, place, ends, into)
             case Ring(joint):
                 one = self.mechanism.joint[joint]
-                yield shape("friction", [self.parts.on(one.child, one.on_child)])
+                yield shape("ring", [self.parts.on(one.child, one.on_child)])
             case Named(joint):
                 yield self._beside(name, self.mechanism.joint[joint], _NAME)
 

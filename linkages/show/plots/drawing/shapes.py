@@ -54,7 +54,7 @@ STYLES = {
     "point": Style("circle", MARK, 0.22, "#FFFFFF", radius=0.42),
     "gap": Style("line", "#FF0000", 0.3, dash=0.4),
     "pitch line": Style("line", "#5A5A5A", 0.25, dash=0.8),
-    "friction": Style("circle", LOAD, 0.45, radius=1.9),
+    "ring": Style("circle", LOAD, 0.45, radius=1.9),
     "drive": Style("line", INK, 0.25),
     "drive head": Style("area", fill=INK),
     "load": Style("line", LOAD, 0.35),
