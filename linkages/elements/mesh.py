@@ -136,7 +136,7 @@ OUTPUTS = (
         "FLANK (angle)",
         {
             "torque": "magnitude of the reaction torque [N m]",
-            "penetration": "angle beyond the stop; negative: distance to it [rad]",
+            "penetration": "angle beyond the free travel; negative: distance to its end [rad]",
             "closing": f"{_CLOSING} [rad/s]",
         }
         | _DELIVERED,

@@ -27,7 +27,7 @@ from linkages.mechanics.planar.bodies import make_motion, make_pose
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, load_outputs, state_rates
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.system.tree import NO_STOP, Tree
+from linkages.system.tree import NO_ROW, Tree
 
 #: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
 REACH = 1e-3
@@ -226,7 +226,7 @@ def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
         row, sign = tree.coupled_row(one.other or one.joint, one.joint, one.ratio, 0.0, one.carrier)
         (_, *ends, ux, uy), place = row[0], one.lever * one.side * one.place - _reach(tree, one)
         if one.other is None and not _turns(tree, one.joint):
-            records.append((types.CORNER, *ends, one.side * ux, one.side * uy, place, *NO_STOP))
+            records.append((types.CORNER, *ends, one.side * ux, one.side * uy, place, *NO_ROW))
             continue
         if one.other is not None:
             ends[0] = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
@@ -239,7 +239,7 @@ def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
             line, angle = (0, *(touch.anchor or ())), touch.angle
         into = np.sin(angle), -np.cos(angle)
         point = tree.named_marker(touch.point)
-        records.append((types.CORNER, line, point, *into, -REACH * tree.extent, *NO_STOP))
+        records.append((types.CORNER, line, point, *into, -REACH * tree.extent, *NO_ROW))
     return np.array(records, types.ENDS)
 
 

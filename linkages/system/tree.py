@@ -32,8 +32,8 @@ TYPES = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PR
 NO_TERM = (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)  # of a row with one term only
 _SAME = 1e-6  # relative to the linkage's size: points whose box is smaller coincide
 _IMMOBILE = 1e30  # mass that immobilises a mode [kg]
-#: Last fields of the ends of a contact that is no stop: lever, arm, row.
-NO_STOP = (1.0, 0.0, (NO_TERM, 0.0, NO_TERM, 0.0, 1.0))
+#: Last fields of the ends of a contact that limits no row: lever, arm, row.
+NO_ROW = (1.0, 0.0, (NO_TERM, 0.0, NO_TERM, 0.0, 1.0))
 #: Corners of a block, along and across its slot, relative to half its sides.
 CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
@@ -181,14 +181,14 @@ class Tree:
             bearing = self.marker(joint.parent, joint.on_parent)
             if joint.slot is None:
                 journal = self.marker(joint.child, joint.on_child)
-                rows.append((types.JOURNAL, bearing, journal, 0.0, 0.0, 0.0, *NO_STOP))
+                rows.append((types.JOURNAL, bearing, journal, 0.0, 0.0, 0.0, *NO_ROW))
                 continue
             along = joint.direction
             across = np.array([-along[1], along[0]])
             for x, y in CORNERS:
                 corner = 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
                 marker = self.marker(joint.child, joint.on_child, corner)
-                rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height, *NO_STOP))
+                rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height, *NO_ROW))
         return np.array(rows, types.ENDS)
 
     def joints(self, ideal: bool = False) -> Records:

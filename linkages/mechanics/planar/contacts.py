@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.laws.contact.contact_forces import GRAZING
@@ -46,6 +47,11 @@ def make_memory(ends: Records, tables: Array) -> Array:
     """Make the memory of contacts, (nc, 2), or wider if a film remembers; all zero."""
     films = np.flatnonzero(ends["kind"] == REMEMBERING)
     return np.zeros((len(ends), OIL + max((memory_of(tables[k]) for k in films), default=0)))
+
+
+def limits_a_row(ends: Records) -> NDArray[np.bool_]:
+    """Return which contacts limit the value of a row, (nc,)."""
+    return np.asarray(ends["kind"] == STOP)
 
 
 @inlined_kernel

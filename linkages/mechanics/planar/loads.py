@@ -1,4 +1,4 @@
-"""Applied loads: forces, torques, frictions and motors, from body states to wrenches.
+"""Applied loads: forces and pushes along coordinates, from body states to wrenches.
 
 Loads are packed as ``(records, signals, states, breaks, coefficients, segments)``: arrays of `LOAD`, `SIGNAL` and
 `STATE`, and `Motions.arrays` with the values of forces and torques, and the rates of states. The inputs of these are
@@ -48,7 +48,7 @@ def load_wrenches(loads: Loads, t: float, v: Array, pose: Array, vel: Array, wre
 def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, vel: Array, outputs: Array) -> None:
     """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load.
 
-    ``efforts`` (nl,): see `linkages.mechanics.planar.joint_friction.FrictionWork`; read for its frictions alone.
+    ``efforts`` (nl,): see `linkages.mechanics.planar.reactive_loads.ReactiveLoads`; read for these loads alone.
     """
     records, curves = loads[0], loads[3:]
     inputs = np.zeros(inputs_shape(loads[1], loads[2]), vel.dtype)
