@@ -8,12 +8,13 @@
 | torsion_spring | a spring and a damper along a joint's coordinate, or along the angle between two links  |
 | friction       | friction in an ideal joint                                                              |
 | stop           | a limit of a joint's coordinate                                                         |
+| touch          | a point at a straight line                                                              |
 | gear           | a gear, belt, rack or screw                                                             |
 | coupling       | a coupling of coaxial shafts                                                            |
 | gearbox        | the backlash of a drive's gearbox                                                       |
 | mesh           | what these three have in common                                                         |
 | backlash       | their backlash: keys and flanks                                                         |
-| coordinates    | what elements do to coordinates: couplings, contacts at limits, pushes                  |
+| coordinates    | what elements do to coordinates and points: couplings, contacts, pushes                 |
 | outputs        | outputs of elements, and where their values come from                                   |
 | pictures       | pictures of elements as data                                                            |
 | analyses       | analyses, and models that some of them cannot treat                                     |

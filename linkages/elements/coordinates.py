@@ -1,4 +1,4 @@
-"""What elements do to joints' coordinates: couple two of them, bar the way of one by a contact, push along one.
+"""What elements do to coordinates and points: couple two coordinates, bar one by a contact, push along one; touch.
 
 Joint coordinates are zero in the reference configuration, in rad or m.
 """
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from linkages.elements.contact_tables import ContactTable, FrictionTable
+from linkages.elements.pictures import Point
 from linkages.input.files.formula import Formula
 
 #: End of the name of the coordinate of a wheel that a drive turns before its joint, after the joint's name.
@@ -44,6 +45,17 @@ class Barrier:
     carrier: str | None = None  # link from which both coordinates are seen; None: their own
     friction: FrictionTable | None = None
     arm: float = 0.0  # sliding speed over the angular velocity of both joints' children relative to each other [m]
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A contact of a point with a straight line, whose free side is to the left of its direction."""
+
+    point: str  # origin of this link or frame
+    line: Point  # frame whose x axis is the line; or a fixed point of the line, plane axes [m]
+    angle: float  # direction of a fixed line, from x_P counter-clockwise [rad]
+    contact: ContactTable
+    friction: FrictionTable | None = None
 
 
 class Law(NamedTuple):

@@ -15,7 +15,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.elements.analyses import Unsupported
 from linkages.elements.contact_tables import ContactTable
-from linkages.elements.coordinates import Barrier, Coupled, Push
+from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
 from linkages.elements.outputs import Quantities
 from linkages.elements.pictures import Around, Between, Picture, Point, Scene
 from linkages.input.files.toml import Table
@@ -121,8 +121,8 @@ class Element(Generic[K]):
         [W], the energy that it stores [J].
     couples : callable
         ``couples(keys)`` are the joints whose coordinates it couples; None without any.
-    barriers : callable
-        ``barriers(keys)`` are its contacts at limits of coordinates, by the ends of their names: "" or ".upper".
+    contacts : callable
+        ``contacts(keys)`` are its contacts, by the ends of their names: "" or ".upper".
     push : callable
         ``push(keys)`` is its push along a joint's coordinate; its kernels are those of loads. Default: none.
     outputs : sequence of Quantities
@@ -164,7 +164,7 @@ class Element(Generic[K]):
     sort: Callable[[K, Slides], int | Sequence[int]] = lambda keys, slides: 0
     problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
     couples: Callable[[K], Coupled | None] = lambda keys: None
-    barriers: Callable[[K], Mapping[str, Barrier]] = lambda keys: {}
+    contacts: Callable[[K], Mapping[str, Barrier | Edge]] = lambda keys: {}
     push: Callable[[K], Push] | None = None
     warns: Callable[[Mapping[str, K], Sequence[str]], Iterable[Warned]] | None = None
     unsupported: tuple[Unsupported, ...] = ()

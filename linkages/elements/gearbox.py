@@ -15,7 +15,7 @@ from linkages.elements.backlash import Backlash, check_backlash
 from linkages.elements.coordinates import WHEEL
 from linkages.elements.coupling import Coupling
 from linkages.elements.element import Checks, Element
-from linkages.elements.mesh import OUTPUTS, barriers, couples, sort_with_backlash
+from linkages.elements.mesh import OUTPUTS, contacts, couples, sort_with_backlash
 from linkages.input.files.toml import NonNegative
 
 
@@ -69,7 +69,7 @@ GEARBOX: Element[Gearbox] = Element(
     home="drives",
     check=check,
     couples=couples,
-    barriers=barriers,
+    contacts=contacts,
     outputs=OUTPUTS,
     sort=sort_with_backlash,
     unsupported=(_MASSLESS,),

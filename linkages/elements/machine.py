@@ -13,7 +13,7 @@ import numpy as np
 
 from linkages.base.arrays import Array, Records
 from linkages.base.kernel import kernel, lazy_kernel
-from linkages.elements.coordinates import Barrier, Coupled, Push
+from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
 from linkages.elements.coupling import COUPLING
 from linkages.elements.element import Element, Places
 from linkages.elements.friction import FRICTION
@@ -22,10 +22,11 @@ from linkages.elements.gearbox import GEARBOX
 from linkages.elements.spring import SPRING
 from linkages.elements.stop import STOP
 from linkages.elements.torsion_spring import TORSION_SPRING
+from linkages.elements.touch import TOUCH
 from linkages.mechanics.planar.record_types import MARKER
 
 #: All kinds, in the order in which their forces are added.
-KINDS: tuple[Element[Any], ...] = (FRICTION, SPRING, TORSION_SPRING, STOP, GEAR, COUPLING, GEARBOX)
+KINDS: tuple[Element[Any], ...] = (FRICTION, SPRING, TORSION_SPRING, STOP, GEAR, COUPLING, GEARBOX, TOUCH)
 
 OF_ELEMENTS = {kind.table: kind for kind in KINDS}  #: the kinds, by their tables
 TABLES = tuple(kind.table for kind in KINDS if kind.derived is None)  #: of experiments
@@ -62,10 +63,10 @@ def pushes_of(tables: Tables) -> list[Push]:
     return [kind.push(keys) for kind, _, keys in elements_of(tables) if kind.push is not None]
 
 
-def barriers_by_label(tables: Tables) -> dict[str, Barrier]:
-    """Return the contacts of elements at limits of coordinates, by the contacts' names."""
+def contacts_by_label(tables: Tables) -> dict[str, Barrier | Edge]:
+    """Return the contacts of elements by their names."""
     parts = elements_of(tables)
-    return {f"{name}{end}": one for kind, name, keys in parts for end, one in kind.barriers(keys).items()}
+    return {f"{name}{end}": one for kind, name, keys in parts for end, one in kind.contacts(keys).items()}
 
 
 def pack_elements(tables: Tables, places: Places) -> Any:

@@ -103,7 +103,7 @@ def couples(mesh: Mesh) -> Coupled:
     return replace(pair, width=mesh.backlash.width, travel="backlash", start=mesh.backlash.start)
 
 
-def barriers(mesh: Mesh) -> Mapping[str, Barrier]:
+def contacts(mesh: Mesh) -> Mapping[str, Barrier]:
     """Return the flanks of the backlash."""
     return {} if mesh.backlash is None else flanks(mesh.backlash, couples(mesh))
 
@@ -246,5 +246,5 @@ def _belt(
 
 def duties() -> dict[str, Any]:
     """Return the duties that gears and couplings have in common."""
-    own = {"check": check, "couples": couples, "barriers": barriers, "outputs": OUTPUTS, "sort": sort}
+    own = {"check": check, "couples": couples, "contacts": contacts, "outputs": OUTPUTS, "sort": sort}
     return own | {"warns": warns, "picture": picture, "from_reference": True}

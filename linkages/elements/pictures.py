@@ -34,6 +34,9 @@ class Scene(Protocol):
     def joint(self, name: str) -> Any:
         """Return a joint, a `Jointed`."""
 
+    def frame(self, name: str) -> tuple[str, Array, float]:
+        """Return link, origin (2,) [m] and angle of a link's or named frame, in the reference configuration."""
+
     def farthest(self, link: str, point: Array) -> Array:
         """Return the way (2,) from a point to the farthest place of a link, in the reference configuration [m]."""
 
@@ -56,9 +59,10 @@ class Around:
 
 @dataclass(frozen=True)
 class Traced:
-    """A line in the style of a pitch circle through points: a link, a place on it [m], and a way from there [units]."""
+    """A line through points: a link, a place on it [m], and a way from there [units]; its style in drawings."""
 
     points: Sequence[tuple[str, Array, Array]]
+    style: str = "pitch line"
 
 
 @dataclass(frozen=True)
@@ -85,4 +89,13 @@ class Named:
     joint: str
 
 
-Picture = Between | Around | Traced | Wall | Ring | Named
+@dataclass(frozen=True)
+class Labelled:
+    """The element's name at a place of a link [m], moved by a way [units, plane axes]."""
+
+    link: str
+    place: Array
+    away: Array
+
+
+Picture = Between | Around | Traced | Wall | Ring | Named | Labelled

@@ -51,7 +51,7 @@ def check(stop: Stop, checks: Checks) -> None:
     checks.plain(stop.contact)
 
 
-def barriers(stop: Stop) -> Mapping[str, Barrier]:
+def contacts(stop: Stop) -> Mapping[str, Barrier]:
     """Return the contact."""
     return {"": Barrier(stop.joint, stop.beyond, stop.limit, stop.contact)}
 
@@ -100,7 +100,7 @@ STOP = Element(
     table="stops",
     keys=Stop,
     check=check,
-    barriers=barriers,
+    contacts=contacts,
     outputs=(
         Quantities("STOP (revolute)", _TURNING, Source.CONTACT, {"torque": "load"}),
         Quantities("STOP (prismatic)", _SLIDING, Source.CONTACT),

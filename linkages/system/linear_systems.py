@@ -21,7 +21,7 @@ from linkages.system.load_records import pack_loads
 from linkages.system.system import System
 
 #: Tables of an experiment that a static linkage omits, because their laws are not linear.
-LEFT_OUT = (*(kind.table for kind in KINDS if not kind.linear), "contacts")
+LEFT_OUT = tuple(kind.table for kind in KINDS if not kind.linear)
 
 
 @dataclass(frozen=True, eq=False)

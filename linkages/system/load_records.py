@@ -15,7 +15,7 @@ import numpy as np
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
 from linkages.elements.contact_tables import ContactTable, FrictionTable
-from linkages.elements.coordinates import Barrier
+from linkages.elements.coordinates import Barrier, Edge
 from linkages.elements.machine import count, pack_elements, packed_of, pushes_of, tell_elements
 from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import JointModel
@@ -208,10 +208,8 @@ def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> No
 
 
 def unilateral_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
-    """Return dry joint models for each barrier, then for each point at a line."""
-    models = [_dry(_reach(tree, one), one.contact, one.friction) for one in experiment.barriers.values()]
-    models += [_dry(REACH * tree.extent, touch.contact, touch.friction) for touch in experiment.contacts.values()]
-    return tuple(models)
+    """Return a dry joint model for each contact of elements."""
+    return tuple(_dry(_reach(tree, one), one.contact, one.friction) for one in experiment.touches.values())
 
 
 def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None) -> JointModel:
@@ -221,31 +219,32 @@ def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None
 
 def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
     """Make the records of the two ends of each contact, in the same order."""
-    records: list[tuple[Any, ...]] = []
-    for one in experiment.barriers.values():
-        row, sign = tree.coupled_row(one.other or one.joint, one.joint, one.ratio, 0.0, one.carrier)
-        (_, *ends, ux, uy), place = row[0], one.lever * one.side * one.place - _reach(tree, one)
-        if one.other is None and not _turns(tree, one.joint):
-            records.append((types.CORNER, *ends, one.side * ux, one.side * uy, place, *NO_ROW))
-            continue
-        if one.other is not None:
-            ends[0] = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
-        records.append((types.STOP, *ends, one.side * sign, 0.0, place, one.lever, one.arm, row))
-    for touch in experiment.contacts.values():
-        if touch.line is not None:
-            frame = tree.mechanism.point[touch.line]
-            line, angle = tree.named_marker(touch.line), frame.angle
-        else:
-            line, angle = (0, *(touch.anchor or ())), touch.angle
-        into = np.sin(angle), -np.cos(angle)
-        point = tree.named_marker(touch.point)
-        records.append((types.CORNER, line, point, *into, -REACH * tree.extent, *NO_ROW))
+    every = experiment.touches.values()
+    records = [_at_barrier(tree, one) if isinstance(one, Barrier) else _at_edge(tree, one) for one in every]
     return np.array(records, types.ENDS)
 
 
-def _reach(tree: Tree, one: Barrier) -> float:
-    """Return the scale of the depths at a barrier."""
-    return REACH * (one.lever if _turns(tree, one.joint) else tree.extent)
+def _at_barrier(tree: Tree, one: Barrier) -> tuple[Any, ...]:
+    row, sign = tree.coupled_row(one.other or one.joint, one.joint, one.ratio, 0.0, one.carrier)
+    (_, *ends, ux, uy), place = row[0], one.lever * one.side * one.place - _reach(tree, one)
+    if one.other is None and not _turns(tree, one.joint):
+        return types.CORNER, *ends, one.side * ux, one.side * uy, place, *NO_ROW
+    if one.other is not None:
+        ends[0] = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
+    return types.STOP, *ends, one.side * sign, 0.0, place, one.lever, one.arm, row
+
+
+def _at_edge(tree: Tree, one: Edge) -> tuple[Any, ...]:
+    angle = tree.mechanism.point[one.line].angle if isinstance(one.line, str) else one.angle
+    into = np.sin(angle), -np.cos(angle)
+    ends = tree.marker_of(one.line), tree.named_marker(one.point)
+    return types.CORNER, *ends, *into, -_reach(tree, one), *NO_ROW
+
+
+def _reach(tree: Tree, one: Barrier | Edge) -> float:
+    """Return the scale of the depths of a contact."""
+    angular = isinstance(one, Barrier) and _turns(tree, one.joint)
+    return REACH * (one.lever if isinstance(one, Barrier) and angular else tree.extent)
 
 
 def _turns(tree: Tree, joint: str) -> bool:

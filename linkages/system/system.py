@@ -65,7 +65,7 @@ class System(Unassembled):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the input and user-defined laws; another process computes its own arrays."""
         experiment = self.experiment
-        named = (experiment.joints, *experiment.elements.values(), experiment.contacts, experiment.controllers)
+        named = (experiment.joints, *experiment.elements.values(), experiment.controllers)
         tables = [table for kind in named for table in kind.values()]
         texts = [text for table in tables for _, text in leaves(table.model_dump()) if isinstance(text, str)]
         return _restored, (self.mechanism, experiment, registered(texts))

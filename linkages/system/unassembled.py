@@ -204,8 +204,8 @@ class Unassembled(Brief):
     @cached_property
     def contacts(self) -> tuple[tuple[str, str], ...]:
         """Return owner and label of each contact: clearance joints (`Tree.contacts`), limits, points at lines."""
-        labels = (*self.experiment.barriers, *self.experiment.contacts)
-        return (*self.tree.contacts, *((label.rpartition(".")[0] or label, label) for label in labels))
+        labels = ((label.rpartition(".")[0] or label, label) for label in self.experiment.touches)
+        return (*self.tree.contacts, *labels)
 
     @cached_property
     def models(self) -> tuple[JointModel, ...]:

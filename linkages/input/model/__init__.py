@@ -6,7 +6,7 @@
 | experiment        | `Experiment`: drives, joint models, loads, settings, from TOML                   |
 | experiment_tables | tables of joint models, solver                                                   |
 | drive_tables      | tables of drives                                                                 |
-| load_tables       | tables of applied loads, points at straight lines                                |
+| load_tables       | tables of applied loads                                                          |
 | state_tables      | additional states, motors, controllers, and the quantities they define           |
 | link_tables       | tables of links: flexible or rigid, modes, damping                               |
 | beam_interfaces   | flexible links: interfaces at joints and loads, substructures                    |

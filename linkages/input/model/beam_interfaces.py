@@ -38,7 +38,6 @@ def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> list[
                     fix = "put it on the beam, or on another link that is fixed to this one"
                     raise InputError(experiment.source, f"links.{name}", f"{problem}; {fix}")
     loaded: set[str | None] = {load.point for load in experiment.forces.values()}
-    loaded |= {name for touch in experiment.contacts.values() for name in (touch.point, touch.line)}
     parts = elements_of(experiment.elements)
     loaded |= {point for kind, _, keys in parts for point in kind.points(keys) if isinstance(point, str)}
     points = [point for point in mechanism.point.values() if point.link == name and point.name in loaded]

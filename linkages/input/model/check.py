@@ -305,13 +305,6 @@ class _Check:
         """Return the checks of the table at a key."""
         return replace(self, where=f"{self.where}.{key}")
 
-    def contacts(self, touch: tables.LineContact) -> None:
-        link = self.point("point", touch.point).link
-        other = "world" if touch.line is None else self.point("line", touch.line).link
-        if link == other:
-            self.refuse("", f'has its point and its line on the same link, "{link}"')
-        self.plain(touch.contact)
-
     def forces(self, load: tables.ForceTable) -> None:
         self.depends(load)
         if self.point("point", load.point).link == "world":

@@ -19,14 +19,15 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, create
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief
 from linkages.base.errors import InputError, shortened
-from linkages.elements.coordinates import Barrier, Coupled
+from linkages.elements.coordinates import Barrier, Coupled, Edge
 from linkages.elements.coupling import Coupling
 from linkages.elements.friction import JointFriction
 from linkages.elements.gear import Gear
-from linkages.elements.machine import KINDS, PUSHING, TABLES, barriers_by_label, couplings_by_name, elements_of
+from linkages.elements.machine import KINDS, PUSHING, TABLES, contacts_by_label, couplings_by_name, elements_of
 from linkages.elements.spring import Spring
 from linkages.elements.stop import Stop
 from linkages.elements.torsion_spring import TorsionSpring
+from linkages.elements.touch import LineContact
 from linkages.input.files.beams import MATERIAL, SECTIONS
 from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leaves, read_toml, replace_values, validate
@@ -49,7 +50,7 @@ _NONE: _Values = MappingProxyType({})
 #: The tables of applied loads, in the order in which the loads are packed.
 LOADS = ("forces", "torques", *PUSHING, "motors")
 #: The tables of all named elements.
-NAMED = tuple(dict.fromkeys((*LOADS, *TABLES, "contacts")))
+NAMED = tuple(dict.fromkeys((*LOADS, *TABLES)))
 
 #: The tables that define quantities for formulas.
 DEFINING = ("states", "motors", "controllers")
@@ -141,7 +142,7 @@ class Experiment(Brief, Table):
     gears: dict[str, Gear] = Field({}, description="gears and belts between joints, by name")
     couplings: dict[str, Coupling] = Field({}, description="couplings of coaxial shafts by name")
     stops: dict[str, Stop] = Field({}, description="stops of joints by name")
-    contacts: dict[str, tables.LineContact] = Field({}, description="contacts of points with straight lines, by name")
+    contacts: dict[str, LineContact] = Field({}, description="contacts of points with straight lines, by name")
     data: DataTable | None = Field(None, description="measured curves for comparison with computed ones")
     report: Literal["steady", "whole"] = Field(
         "steady",
@@ -235,7 +236,7 @@ class Experiment(Brief, Table):
     @property
     def can_touch(self) -> bool:
         """Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines."""
-        return bool(self.barriers or self.contacts) or any(self.joints[name].can_touch for name in self.play)
+        return bool(self.touches) or any(self.joints[name].can_touch for name in self.play)
 
     @property
     def flexible(self) -> tuple[str, ...]:
@@ -321,9 +322,9 @@ class Experiment(Brief, Table):
         return {name: drive.wheel for name, drive in self.drives.items() if drive.wheel is not None}
 
     @property
-    def barriers(self) -> dict[str, Barrier]:
-        """Return the contacts of elements at limits of coordinates, by label."""
-        return barriers_by_label(self.elements)
+    def touches(self) -> dict[str, Barrier | Edge]:
+        """Return the contacts of elements, by label."""
+        return contacts_by_label(self.elements)
 
     def perfected(self) -> dict[str, Any]:
         """Return tables without the keys that the linkage with ideal joints lacks; only those that change."""

@@ -1,4 +1,4 @@
-"""Tables of applied loads, and of contacts of points with straight lines."""
+"""Tables of applied loads."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from linkages.elements.contact_tables import ContactTable, FrictionTable
 from linkages.input.files.formula import Formula
-from linkages.input.files.toml import Finite, Table, TwoOf, check_history
+from linkages.input.files.toml import Finite, TwoOf, check_history
 from linkages.input.model.functions import OF_JOINTS, OF_POINTS, TIME, check_table, formula
 from linkages.input.model.recorded_tables import FromFile
 
@@ -120,23 +119,3 @@ class Torque(LoadFunction):
         if (self.link is None) == (self.joint is None):
             raise ValueError("give either link or joint")
         self._check("torque", "torques")
-
-
-class LineContact(Table):
-    """Contact of a point of a link with a straight line, on the ground or on another link: a foot, a probe, a buffer.
-
-    The line is infinite; its free side is to the left of its direction: along y if the line is along x.
-    """
-
-    point: str = Field(description="origin of this link or frame")
-    line: str | None = Field(None, description="frame whose x axis is the line; its y axis points to the free side")
-    anchor: TwoOf[Finite] | None = Field(None, description="instead: a point of a fixed line, plane axes [m]")
-    angle: Finite = Field(0.0, description="direction of the fixed line, from x_P counter-clockwise [rad]")
-    contact: ContactTable = Field(description="normal contact law, with stiffness [N/m^n]")
-    friction: FrictionTable | None = Field(None, description="friction; default: none")
-
-    def _complete(self) -> None:
-        if (self.line is None) == (self.anchor is None):
-            raise ValueError("give either line, a frame, or anchor, a fixed point (with angle)")
-        if self.line is not None and self.angle:
-            raise ValueError("angle belongs to anchor; the line's frame has its own direction")

@@ -4,7 +4,7 @@
 |-----------------|----------------------------------------------------------------|
 | quantity        | an output: quantity, formula, record, snapshot                 |
 | bodies          | motion of points; coordinates; flexible links; energies        |
-| contacts        | clearance joints, guides, points at lines                      |
+| contacts        | clearance joints, guides, contacts of elements                 |
 | joints          | forces in joints, drives, loads                                |
 | elements        | the outputs that elements declare                              |
 | states          | additional states, motors, controllers                   |

@@ -1,4 +1,4 @@
-"""Outputs of contacts: clearance joints, guides, points at lines."""
+"""Outputs of contacts: clearance joints, guides, and any contact of an element."""
 
 from __future__ import annotations
 
@@ -143,17 +143,6 @@ _OF_GUIDE = quantities(
     offset="position of the block across its slot [m]",
     tilt="angle of the block in its slot [rad]",
 )
-_OF_LINE = {
-    **_entries(fx="force on the point along x_P [N]", fy="force on the point along y_P [N]"),
-    **_FORCE,
-    **_entries(
-        penetration="depth of the point beyond the wall, negative: its distance from it [m]",
-        closing="rate of the penetration [m/s]",
-        sliding="speed of the point along the wall [m/s]",
-        load="normal force [N]",
-    ),
-    "power": _OF_JOURNAL["power"],
-}
 
 
 def _play(kinds: str, suits: Callable[[JointModel], bool], found: dict[str, Declaration]) -> Owner:
@@ -215,5 +204,3 @@ PLAY = (
     ),
     *_by_drive(Owner("GUIDE", _guides, _at_guide, _OF_GUIDE, real=True)),
 )  # fmt: skip
-#: Points at lines.
-WALLS = (Owner("CONTACT", lambda system: system.experiment.contacts, at_contact, _OF_LINE, real=True),)

@@ -85,7 +85,7 @@ def _owner(outputs: Quantities) -> Owner:
         parts, slides = elements_of(system.experiment.elements), system.mechanism.slides
         found = [(kind, name, keys) for kind, name, keys in parts if outputs in kind.outputs_of(keys, slides)]
         if outputs.source is Source.CONTACT:
-            return [f"{name}{end}" for kind, name, keys in found for end in kind.barriers(keys)]
+            return [f"{name}{end}" for kind, name, keys in found for end in kind.contacts(keys)]
         return [name for _, name, _ in found]
 
     made, element = _SOURCES[outputs.source]

@@ -26,7 +26,7 @@ from linkages.base.kernel import Records
 from linkages.input.model.segment_model import HINGE
 from linkages.results.outputs import elements
 from linkages.results.outputs.bodies import COORDINATES, LINKS, POINTS
-from linkages.results.outputs.contacts import PLAY, WALLS
+from linkages.results.outputs.contacts import PLAY
 from linkages.results.outputs.joints import FORCES
 from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, OutputFormula, Owner
 from linkages.results.outputs.states import OWN, STATES
@@ -39,7 +39,7 @@ LISTED = "`linkages keys` lists all kinds"
 
 _FORCES = (*elements.BETWEEN, *FORCES, *elements.FORCES)
 #: All kinds of elements with outputs; the first one wins if names are equal.
-OWNERS = (*POINTS, *PLAY, *_FORCES, *elements.CONTACTS, *WALLS, *LINKS, *OWN)
+OWNERS = (*POINTS, *PLAY, *_FORCES, *elements.CONTACTS, *LINKS, *OWN)
 
 #: The formulas of all quantities and their numbers, which the records of outputs hold.
 FORMULAS: dict[OutputFormula, int] = {}

@@ -1,4 +1,4 @@
-"""Shapes of an experiment's elements: drives, loads, lines in contact with points."""
+"""Shapes of an experiment's elements: drives, loads, elements of `linkages.elements`."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError
 from linkages.elements.machine import elements_of
-from linkages.elements.pictures import Around, Between, Named, Picture, Ring, Traced, Wall
+from linkages.elements.pictures import Around, Between, Labelled, Named, Picture, Ring, Traced, Wall
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.load_tables import ForceTable, LineContact
+from linkages.input.model.load_tables import ForceTable
 from linkages.input.model.mechanism import Joint
 from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.planar.kinematics import state_tables
@@ -23,7 +23,6 @@ from linkages.system.ideal_motion import IdealMotion
 
 # lengths in units of the drawing
 _ARROW = 9.0
-_REACH = 12.0  # half the length of a contact line
 _DRIVE, _TORQUE = 3.4, 4.3  # radii of the arrows around a joint
 _ZIGZAG = np.arange(-4.0, 5.0), 1.2 * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0])  # along the slot, and across
 _NAME = 3.6  # distance of a load's name from its joint
@@ -38,7 +37,7 @@ class Done:
         self.senses, self.strongest = senses(asked), strongest(asked)
 
     def all(self, experiment: Experiment) -> Iterator[Shape]:
-        """Draw all loads, elements and lines."""
+        """Draw all loads and elements."""
         for name, force in experiment.forces.items():
             yield from self._force(name, force)
         for name, torque in experiment.torques.items():
@@ -54,8 +53,6 @@ class Done:
         for kind, name, keys in elements_of(experiment.elements):
             for picture in kind.picture(keys, self):
                 yield from self._part(name, picture)
-        for name, touch in experiment.contacts.items():
-            yield from self._line(name, touch)
 
     def drive(self, joint: Joint) -> Iterator[Shape]:
         """Draw an arrow in the initial direction of a drive."""
@@ -92,6 +89,11 @@ class Done:
         """Return a joint."""
         return self.mechanism.joint[name]
 
+    def frame(self, name: str) -> tuple[str, Array, float]:
+        """Return link, origin (2,) [m] and angle of a link's or named frame, in the reference configuration."""
+        frame = self.mechanism.point[name]
+        return frame.link, frame.origin, frame.angle
+
     def farthest(self, link: str, point: Array) -> Array:
         """Return the way (2,) from a point to the farthest place of a link, in the reference configuration [m]."""
         ways = skeleton(self.mechanism, self.mechanism.link[link], self.parts.tree.extent).places - point
@@ -104,8 +106,8 @@ class Done:
                 yield from self._between(name, picture)
             case Around():
                 yield from self._around(name, picture)
-            case Traced(points):
-                yield shape("pitch line", [self.parts.on(*point) for point in points])
+            case Traced(points, style):
+                yield shape(style, [self.parts.on(*point) for point in points])
             case Wall(link, place, ends, into):
                 yield from self.parts.hatching(link, place, ends, into)
             case Ring(joint):
@@ -113,6 +115,8 @@ class Done:
                 yield shape("ring", [self.parts.on(one.child, one.on_child)])
             case Named(joint):
                 yield self._beside(name, self.mechanism.joint[joint], _NAME)
+            case Labelled(link, place, away):
+                yield shape("load name", [self.parts.off(link, place, away)], text=name)
 
     def _between(self, name: str, picture: Between) -> Iterator[Shape]:
         """Draw a dashed line between two points; a support at a fixed one."""
@@ -150,17 +154,6 @@ class Done:
             yield self._beside(name, joint, 4.6)
         else:
             yield shape("load name", [self.parts.off(link, at, (0.0, 4.6))], text=name)
-
-    def _line(self, name: str, touch: LineContact) -> Iterator[Shape]:
-        """Draw a contact line of a point, hatched on the forbidden side."""
-        frame = self.mechanism.point[touch.line] if touch.line is not None else None
-        link, at, angle = "world", np.array(touch.anchor), touch.angle
-        if frame is not None:
-            link, at, angle = frame.link, frame.origin, frame.angle
-        along, into = np.array([np.cos(angle), np.sin(angle)]), np.array([np.sin(angle), -np.cos(angle)])
-        yield shape("rail", [self.parts.on(link, at, s * along) for s in (-_REACH, _REACH)])
-        yield from self.parts.hatching(link, at, np.outer([-_REACH, _REACH], along), into)
-        yield shape("load name", [self.parts.off(link, at, 2.2 * into)], text=name)
 
 
 def senses(system: System) -> dict[str, float]:

@@ -84,7 +84,6 @@ def draw(asked: System) -> Drawing:
     poses = np.concatenate([pose[None], *(way.pose[:, :, :3] for way in ways)])
     elements = elements_of(experiment.elements)
     fixed = [point for kind, _, keys in elements for point in kind.points(keys) if not isinstance(point, str)]
-    fixed += [touch.anchor for touch in experiment.contacts.values() if touch.anchor is not None]
     anchors = [np.array(anchor) for anchor in fixed]
     low, high = _box(tree, poses, anchors)
     parts = Parts(tree, low, high, poses)
