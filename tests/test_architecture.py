@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from linkages.elements.machine import KINDS
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = sorted(file.parent for name in ("linkages", "optim") for file in (ROOT / name).rglob("__init__.py"))
 WITH_A_TABLE = [folder for folder in PACKAGES if len(list(folder.glob("*.py"))) > 2]
@@ -33,9 +35,25 @@ def modules_of(folder: Path) -> set[str]:
     return modules | {file.parent.name for file in folder.glob("*/__init__.py")}
 
 
+def imported(file: Path) -> set[str]:
+    nodes = ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+    return {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
+
+
 @pytest.mark.parametrize("folder", WITH_A_TABLE, ids=name_of)
 def test_table_lists_every_module_once(folder):
     assert sorted(table_of(folder)) == sorted(modules_of(folder))
+
+
+def test_only_tables_of_experiments_name_a_kind_of_element():
+    """All other modules loop over the kinds: a new kind is a module, and a field of `Experiment`."""
+    kinds = {kind.keys.__module__ for kind in KINDS}
+    files = [file for name in ("linkages", "optim") for file in (ROOT / name).rglob("*.py")]
+    found = {file.relative_to(ROOT).as_posix() for file in files if imported(file) & kinds}
+    assert {name for name in found if not name.startswith("linkages/elements/")} == {
+        "linkages/input/model/drive_tables.py",  # a gearbox is a key of a drive
+        "linkages/input/model/experiment.py",
+    }
 
 
 @pytest.mark.parametrize("package", ["linkages", "optim"])

@@ -13,11 +13,11 @@ from shipped import BENT, NAMES
 from linkages import Status, Trajectory
 from linkages.base.palette import LINKS
 from linkages.cli.main import main
+from linkages.elements.gear import GEAR, Gear
 from linkages.explore.range_of_motion import movable, travel
 from linkages.explore.transmission import dyads
 from linkages.input.files.shipped import find_file
 from linkages.input.model.experiment import nothing_done
-from linkages.input.model.load_tables import Gear
 from linkages.input.model.plausibility import doubts
 from linkages.input.model.skeleton import skeleton
 from linkages.show.plots import orbit, pose
@@ -81,7 +81,7 @@ def test_links_with_drives_of_their_own_have_no_transmission_angle(mechanism_of)
 def test_a_geared_crank_counts_as_moved_by_the_drive():
     """A five-bar with one driven crank: the rods are a dyad only if a gear moves the other crank."""
     mechanism = load(find_file("five_bar_dry.toml")).mechanism
-    found, rest = dyads(mechanism, ["O1"], [Gear(joints=["O1", "O2"], ratio=-2.0)])
+    found, rest = dyads(mechanism, ["O1"], [GEAR.couples(Gear(joints=["O1", "O2"], ratio=-2.0))])
     assert [one.inner.name for one in found] == ["C"]
     assert rest == ()
     found, rest = dyads(mechanism, ["O1"])
@@ -259,9 +259,9 @@ def test_gears_stops_and_frictions_are_drawn(experiment_file, axis):
     assert drawing.facts[0].endswith("1 degree of freedom")  # the gear takes the other
     assert [slider.name for slider in drawing.sliders] == ["O"]
     assert {"mesh", "pin", "end", "drag", "own"} <= {one.text for one in drawing.shapes if one.role == "load name"}
-    (middle,) = [placed(one.at, drawing.pose)[0] for one in drawing.shapes if one.role == "friction"]
+    (middle,) = [placed(one.at, drawing.pose)[0] for one in drawing.shapes if one.role == "ring"]
     np.testing.assert_allclose(middle, [0.3, 0.0], atol=1e-12)
-    circles = [placed(one.at, drawing.pose) for one in drawing.shapes if one.role == "gear"]
+    circles = [placed(one.at, drawing.pose) for one in drawing.shapes if one.role == "pitch line"]
     for rim, centre, radius in zip(circles, (0.0, 0.3), (0.1, 0.2), strict=True):
         np.testing.assert_allclose(np.linalg.norm(rim[1:] - [centre, 0.0], axis=1), radius, rtol=1e-9)
     rays = [placed(one.at, drawing.pose) - [0.3, 0.0] for one in drawing.shapes if one.role == "hatch"]

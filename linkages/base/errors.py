@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import enum
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from pathlib import Path
 ARGUMENT, COMMAND_LINE = "argument", "command line"
 
 _LONG = 200  # characters of the longest word that a message shows whole
+_NAMED = 4  # most items of a brief list
 
 
 class InputError(ValueError):
@@ -132,6 +133,12 @@ def listed(items: Iterable[str]) -> str:
     """Join words, at least one: ``A, B and C``."""
     *first, last = items
     return f"{', '.join(first)} and {last}" if first else last
+
+
+def listed_briefly(items: Sequence[str]) -> str:
+    """Join words, the first few of many: ``A, B, C, D and 3 more``."""
+    more = len(items) - _NAMED
+    return ", ".join(items[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def unreadable(path: Path, problem: OSError, others: Iterable[Path] = ()) -> InputError:

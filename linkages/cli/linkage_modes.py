@@ -100,11 +100,13 @@ def _answer(result: dict[str, Any]) -> list[str]:
 
 def format_modes(result: dict[str, Any]) -> str:
     """Format the content of ``modes.json`` as lines of text."""
+    from linkages.system.linear_systems import LEFT_OUT
+
     lines = [result["title"], f"modes at rest in the pose at t = 0; drives held: {_names(result['held'])}"]
     if result["ideal"]:
         lines.append(f"clearance joints that are ideal here: {_names(result['ideal'])}")
     if result["left_out"]:
-        lines.append(f"omitted (frictions, stops, contacts): {_names(result['left_out'])}")
+        lines.append(f"omitted ({', '.join(LEFT_OUT)}): {_names(result['left_out'])}")
     head = f"{'':10s}{'frequency [Hz]':>16s}{'damping [1]':>13s}"
     over = result.get("over")
     lines += ["", f"{head}{'lowest':>11s}{'highest':>11s}  strain energy" if over else f"{head}  strain energy"]

@@ -13,4 +13,18 @@
 | state          | an additional state: a formula of its rate or of its next value                         |
 | motor          | a motor that turns a revolute joint                                                     |
 | controller     | PID, or a function in Python                                                            |
+| friction       | friction in an ideal joint                                                              |
+| stop           | a limit of a joint's coordinate                                                         |
+| touch          | a point at a straight line                                                              |
+| gear           | a gear, belt, rack or screw                                                             |
+| coupling       | a coupling of coaxial shafts                                                            |
+| gearbox        | the backlash of a drive's gearbox                                                       |
+| mesh           | what these three have in common                                                         |
+| backlash       | their backlash: keys and flanks                                                         |
+| coordinates    | what elements do to coordinates and points: couplings, contacts, pushes                 |
+| outputs        | outputs of elements, and where their values come from                                   |
+| pictures       | pictures of elements as data                                                            |
+| analyses       | analyses, and models that some of them cannot treat                                     |
+| law_tables     | tables that name a law, with the law's declared parameters                              |
+| contact_tables | tables of contact and friction                                                          |
 """

@@ -8,22 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Generic, NamedTuple, NoReturn, Protocol, TypeVar
+from typing import Any, Generic, NamedTuple, NoReturn, Protocol, TypeVar
 
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.elements.analysis import Refusal
+from linkages.elements.analyses import Unsupported
+from linkages.elements.contact_tables import ContactTable
+from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
+from linkages.elements.outputs import Quantities
+from linkages.elements.pictures import Around, Between, Picture, Point, Scene
 from linkages.input.files.toml import Table
 from linkages.input.functions.definitions import Function, Quantity
 from linkages.input.functions.smoothing import SmoothSignal
 from linkages.mechanics.planar.functions import Given
 from linkages.mechanics.planar.loads import ENERGY, POWER, SECOND, VALUE
 
-__all__ = ["ENERGY", "POWER", "SECOND", "VALUE"]  # columns of `Element.tell`
+# columns of `Element.tell`, and what most kinds need
+__all__ = ["ENERGY", "POWER", "SECOND", "VALUE", "Around", "Between", "Point", "Quantities"]
+
+K = TypeVar("K", bound=Table)
 
 Marker = tuple[int, float, float]  #: body, and place in its frame [m]; a `MARKER`
-Point = str | Sequence[float]  #: origin of a link or frame, by name; or a fixed point in plane axes [m]
 
 
 class Places(Protocol):
@@ -93,56 +99,31 @@ class Checks(Protocol):
     def has_beam(self, link: str) -> bool:
         """Tell whether a link has a beam."""
 
+    def joint(self, key: str, name: str) -> Any:
+        """Return a joint, a `linkages.elements.pictures.Jointed`; refuse an unknown one."""
 
-@dataclass(frozen=True)
-class Between:
-    """A picture: a dashed line between two points."""
+    def has_clearance(self, joint: str) -> bool:
+        """Tell whether a joint has clearance."""
 
-    one: Point
-    other: Point
+    def meet(self, one: str, other: str) -> bool:
+        """Tell whether two joints share a link, or have links that fixed joints make one body."""
 
+    def bends(self, link: str) -> bool:
+        """Tell whether a link is flexible."""
 
-@dataclass(frozen=True)
-class Around:
-    """A picture: a spiral at a joint or at a link's centre of mass; a zigzag along a prismatic joint."""
+    def plain(self, contact: ContactTable) -> None:
+        """Refuse the law of a contact that needs a journal in a bearing."""
 
-    joint: str | None
-    link: str | None
-
-
-@dataclass(frozen=True)
-class Arrow:
-    """A picture: an arrow to a point, along the largest value of the element's first two quantities."""
-
-    point: str
-    turns: bool  #: whether the values are in axes of the point, which rotate with the link
-    values: ClassVar[int] = 2
+    def within(self, key: str) -> Checks:
+        """Return the checks of the table at a key."""
 
 
-@dataclass(frozen=True)
-class Turning:
-    """A picture: an arrow around a joint, or a link's centre of mass, in the sense of the element's largest value."""
+class Warned(NamedTuple):
+    """A warning about elements: its kind, what is wrong, and the remedy."""
 
-    joint: str | None
-    link: str | None
-    values: ClassVar[int] = 1
-
-
-Picture = Between | Around | Arrow | Turning
-
-
-@dataclass(frozen=True)
-class Quantities:
-    """The outputs of an element: the first one is characteristic, and its peak is in summaries."""
-
-    label: str  #: of the kind, in the documentation
-    texts: Mapping[str, str]  #: meaning and unit by name, in the order of the columns `VALUE`, `SECOND`
-    size: Mapping[str, str] = field(default_factory=dict)  #: the same of the magnitude of both values, if it has one
-
-    @property
-    def effort(self) -> str:
-        """Return the name of the characteristic output: the magnitude or the first value."""
-        return next(iter(self.size or self.texts))
+    kind: str
+    what: str
+    remedy: str
 
 
 class Rotor(NamedTuple):
@@ -180,22 +161,28 @@ class Applied:
     units: Mapping[str, str]
 
 
-K = TypeVar("K", bound=Table)
+Slides = Callable[[str], bool]  #: whether a joint, by name, is prismatic
 
 #: Kernels of a kind, without and with functions.
 Acting = Callable[[np.record, Array, Array, Array], None] | Callable[[np.record, Given, Array, Array, Array], None]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Element(Generic[K]):
     """A kind of element of a machine: it acts on bodies, defines quantities for formulas, or both.
+
+    A kind has the duties that it names; the others have defaults: no points, no forces, no contacts, no picture.
 
     Attributes
     ----------
     table : str
         Its table in experiments.
     keys : type of Table
-        The keys of one element.
+        The keys of one element. Its `imperfections` name the keys that the linkage with ideal joints lacks.
+    derived : callable
+        ``derived(tables)`` makes its elements, by name, from the tables of `home`; default: they have their own table.
+    home : str
+        Where derived elements have their keys: their paths are ``home.name``.
     check : callable
         ``check(keys, checks)`` refuses what contradicts the machine.
     quantities : callable, optional
@@ -207,14 +194,12 @@ class Element(Generic[K]):
         ``unit(keys)`` is the unit of these outputs, if the keys say it.
     ideal_efforts : callable
         ``ideal_efforts(keys, name)`` are the quantities that are computed from the ideal machine.
-    unsupported : sequence of Refusal
-        Analyses that cannot treat it.
     points : callable
         ``points(keys)`` are the points at which it acts on links.
     rotor : callable
         ``rotor(keys)`` is the inertia that it adds to a joint.
     record : dtype, optional
-        The numbers of its kernels, made by ``record_type``; None if it does not act on bodies.
+        The numbers of its kernels, made by ``record_type``; default: it has no kernels.
     pack : callable
         ``pack(keys, places)`` returns the numbers of a record by field.
     functions : callable, optional
@@ -226,10 +211,17 @@ class Element(Generic[K]):
     tell : kernel
         ``tell(element, pose, vel, row)``, with functions ``tell(element, given, pose, vel, row)``, fills its row:
         value, second value, the power that it delivers to the bodies [W], the energy that it stores [J].
+    couples : callable
+        ``couples(keys)`` are the joints whose coordinates it couples; None without any.
+    contacts : callable
+        ``contacts(keys)`` are its contacts, by the ends of their names: "" or ".upper".
+    push : callable
+        ``push(keys)`` is its push along a joint's coordinate; its kernels are those of loads. Default: none.
     outputs : sequence of Quantities
-        Its outputs; one for each sort of element.
+        All outputs of the kind.
     sort : callable
-        ``sort(keys, slides)`` is the index of its outputs; ``slides(joint)`` tells whether a joint is prismatic.
+        ``sort(keys, slides)`` is the index of an element's outputs, or several, the characteristic ones first;
+        ``slides(joint)`` tells whether a joint is prismatic.
     force : callable
         ``force(keys, slides, extent)`` is a force that sets the machine in motion [N], for the scale of time.
     problem_at_start : callable
@@ -238,17 +230,27 @@ class Element(Generic[K]):
     applied : Applied, optional
         Its constants that a step or a linear model changes.
     picture : callable
-        ``picture(keys)`` is its shape in drawings, if it has one.
+        ``picture(keys, scene)`` are its shapes in drawings.
+    warns : callable
+        ``warns(named, locked)`` are warnings about a run of a machine with these elements by name, some of whose
+        couplings lock each other. Kinds with the same function are warned about together.
+    unsupported : sequence of Unsupported
+        Models that some analyses cannot treat.
+    linear : bool
+        Whether linear models include it.
+    from_reference : bool
+        Whether its numbers count from the reference configuration.
+    completed : callable
+        ``completed(keys, meet)`` adds to the keys of an imported element what the machine decides, see `Checks.meet`.
     """
 
     table: str
     keys: type[K]
-    check: Callable[[K, Checks], None]
+    check: Callable[[K, Checks], None] = lambda keys, checks: None
     quantities: Callable[[K, str], Mapping[str, Quantity]] | None = None
     own: Mapping[str, str] = field(default_factory=dict)
     unit: Callable[[K], str] | None = None
     ideal_efforts: Callable[[K, str], Iterable[IdealEffort]] = lambda keys, name: ()
-    unsupported: tuple[Refusal, ...] = ()
     points: Callable[[K], Iterable[Point]] = lambda keys: ()
     rotor: Callable[[K], Rotor | None] = lambda keys: None
     record: np.dtype[Any] | None = None
@@ -257,21 +259,41 @@ class Element(Generic[K]):
     act: Acting | None = None
     tell: Acting | None = None
     outputs: tuple[Quantities, ...] = ()
-    sort: Callable[[K, Callable[[str], bool]], int] = lambda keys, slides: 0
-    force: Callable[[K, Callable[[str], bool], float], float] = lambda keys, slides, extent: 0.0
+    picture: Callable[[K, Scene], Iterable[Picture]] = lambda keys, scene: ()
+    force: Callable[[K, Slides, float], float] = lambda keys, slides, extent: 0.0
+    sort: Callable[[K, Slides], int | Sequence[int]] = lambda keys, slides: 0
     problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
     applied: Applied | None = None
-    picture: Callable[[K], Picture | None] = lambda keys: None
+    couples: Callable[[K], Coupled | None] = lambda keys: None
+    contacts: Callable[[K], Mapping[str, Barrier | Edge]] = lambda keys: {}
+    push: Callable[[K], Push] | None = None
+    warns: Callable[[Mapping[str, K], Sequence[str]], Iterable[Warned]] | None = None
+    unsupported: tuple[Unsupported, ...] = ()
+    linear: bool = True
+    from_reference: bool = False
+    derived: Callable[[Mapping[str, Any]], Mapping[str, K]] | None = None
+    home: str = ""
+    completed: Callable[[Mapping[str, Any], Callable[[str, str], bool]], Mapping[str, Any]] = lambda keys, meet: keys
 
     @property
     def label(self) -> str:
         """Return its name in the documentation of outputs."""
         return self.outputs[0].label if self.outputs else self.table.removesuffix("s").upper()
 
-    def outputs_of(self, keys: K, slides: Callable[[str], bool]) -> Quantities:
-        """Return the outputs of an element."""
-        return self.outputs[self.sort(keys, slides)]
+    @property
+    def acts(self) -> bool:
+        """Whether it acts on the machine; a kind without kernels may define quantities only."""
+        return self.record is not None or self.quantities is None
 
     def functions_of(self, keys: K, name: str) -> Mapping[str, Sequence[Function]]:
         """Return the functions of an element by field; empty for a kind without functions."""
         return self.functions(keys, name) if self.functions is not None else {}
+
+    def outputs_of(self, keys: K, slides: Slides) -> tuple[Quantities, ...]:
+        """Return the outputs of an element, the characteristic ones first."""
+        found = self.sort(keys, slides)
+        return tuple(self.outputs[k] for k in ((found,) if isinstance(found, int) else found))
+
+    def path(self, name: str) -> str:
+        """Return the path of an element's keys in the experiment."""
+        return f"{self.home or self.table}.{name}"

@@ -10,8 +10,9 @@ import numpy as np
 from pydantic import Field
 
 from linkages.base.kernel import Array, inlined_kernel, record_type
-from linkages.elements.element import ENERGY, POWER, SECOND, VALUE, Applied, Arrow, Checks, Element, Places, Quantities
+from linkages.elements.element import ENERGY, POWER, SECOND, VALUE, Applied, Checks, Element, Places, Quantities
 from linkages.elements.load_function import At, LoadFunction, Over, Times
+from linkages.elements.pictures import Arrow
 from linkages.input.files.toml import Finite, TwoOf
 from linkages.input.functions.definitions import Function
 from linkages.mechanics.planar.functions import Given, value_of
@@ -114,10 +115,10 @@ FORCE = Element(
         Quantities(
             "FORCE",
             {"fx": "applied force along x_P [N]", "fy": "applied force along y_P [N]"},
-            {"force": "magnitude of the applied force [N]"},
+            size={"force": "magnitude of the applied force [N]"},
         ),
     ),
     applied=Applied("force", "value", {"fx": "N", "fy": "N"}),
-    picture=lambda force: Arrow(force.point, force.axes == "body"),
+    picture=lambda force, scene: (Arrow(force.point, force.axes == "body"),),
     force=lambda force, slides, extent: max(map(abs, force.force or (0.0,))),
 )

@@ -6,7 +6,7 @@ A machine compiles the loops of the kinds that it has: they are lazy kernels, wh
 from __future__ import annotations
 
 from collections import namedtuple
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,22 +14,33 @@ import numpy as np
 from linkages.base.arrays import Array, Records
 from linkages.base.kernel import kernel, lazy_kernel
 from linkages.elements.controller import CONTROLLER
+from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
+from linkages.elements.coupling import COUPLING
 from linkages.elements.element import Element, Places
 from linkages.elements.force import FORCE
+from linkages.elements.friction import FRICTION
+from linkages.elements.gear import GEAR
+from linkages.elements.gearbox import GEARBOX
 from linkages.elements.motor import MOTOR
 from linkages.elements.spring import SPRING
 from linkages.elements.state import STATE
+from linkages.elements.stop import STOP
 from linkages.elements.torque import TORQUE
 from linkages.elements.torsion_spring import TORSION_SPRING
-from linkages.input.files.toml import Table
+from linkages.elements.touch import TOUCH
 from linkages.input.functions.definitions import Function, Quantity
 from linkages.mechanics.planar.functions import Functions, given_at
 from linkages.mechanics.planar.record_types import MARKER
 
 #: All kinds, in the order in which their forces are added, and their states are in the state vector.
-KINDS: tuple[Element[Any], ...] = (FORCE, TORQUE, SPRING, TORSION_SPRING, STATE, MOTOR, CONTROLLER)
+KINDS: tuple[Element[Any], ...] = (
+    *(FORCE, TORQUE, FRICTION, SPRING, TORSION_SPRING, STATE, MOTOR, CONTROLLER),
+    *(STOP, GEAR, COUPLING, GEARBOX, TOUCH),
+)
 
 OF_ELEMENTS = {kind.table: kind for kind in KINDS}  #: the kinds, by their tables
+TABLES = tuple(kind.table for kind in KINDS if kind.derived is None)  #: of experiments
+PUSHING = tuple(kind.table for kind in KINDS if kind.push is not None)  #: whose elements are loads
 ACTING = tuple(kind for kind in KINDS if kind.record is not None)  #: the kinds that act on bodies
 DEFINING = tuple(kind for kind in KINDS if kind.quantities is not None)  #: the kinds that define quantities
 
@@ -40,11 +51,33 @@ NO_ELEMENTS = Elements(*(np.zeros(0, kind.record) for kind in ACTING))
 Tables = Mapping[str, Mapping[str, Any]]  #: the keys of the elements of each kind, by table and name
 
 
-def elements_of(tables: Tables) -> Iterator[tuple[Element[Any], str, Table]]:
-    """Yield kind, name and keys of the elements that act on bodies, in the order of their rows."""
-    for kind in ACTING:
+def elements_of(tables: Tables, kinds: Iterable[Element[Any]] = KINDS) -> Iterator[tuple[Element[Any], str, Any]]:
+    """Yield kind, name and keys of all elements."""
+    for kind in kinds:
         for name, keys in tables[kind.table].items():
             yield kind, name, keys
+
+
+def acting_of(tables: Tables) -> Iterator[tuple[Element[Any], str, Any]]:
+    """Yield kind, name and keys of the elements that act on bodies, in the order of their rows."""
+    return elements_of(tables, ACTING)
+
+
+def couplings_by_name(tables: Tables) -> dict[str, Coupled]:
+    """Return the coordinates that elements couple, by the elements' names."""
+    found = ((name, kind.couples(keys)) for kind, name, keys in elements_of(tables))
+    return {name: one for name, one in found if one is not None}
+
+
+def pushes_of(tables: Tables) -> list[Push]:
+    """List the pushes of elements along coordinates, in the order of `PUSHING`."""
+    return [kind.push(keys) for kind, _, keys in elements_of(tables) if kind.push is not None]
+
+
+def contacts_by_label(tables: Tables) -> dict[str, Barrier | Edge]:
+    """Return the contacts of elements by their names."""
+    parts = elements_of(tables)
+    return {f"{name}{end}": one for kind, name, keys in parts for end, one in kind.contacts(keys).items()}
 
 
 def quantities_of(tables: Tables) -> dict[str, Quantity]:

@@ -9,19 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from linkages.base.kernel import Array, inlined_kernel, record_type
-from linkages.elements.element import (
-    ENERGY,
-    POWER,
-    SECOND,
-    VALUE,
-    Applied,
-    Checks,
-    Element,
-    Places,
-    Quantities,
-    Turning,
-)
+from linkages.elements.element import ENERGY, POWER, SECOND, VALUE, Applied, Checks, Element, Places, Quantities
 from linkages.elements.load_function import At, LoadFunction, Over, Times
+from linkages.elements.pictures import Turning
 from linkages.input.files.toml import Finite
 from linkages.input.functions.definitions import Function
 from linkages.mechanics.planar.closure_rows import add_term_wrench, term_rate
@@ -117,6 +107,6 @@ TORQUE = Element(
         Quantities("TORQUE", {"torque": "applied torque, counter-clockwise; in a joint: along its coordinate [N m]"}),
     ),
     applied=Applied("torque", "value", {"torque": "N m"}),
-    picture=lambda torque: Turning(torque.joint, torque.link),
+    picture=lambda torque, scene: (Turning(torque.joint, torque.link),),
     force=lambda torque, slides, extent: abs(torque.torque or 0.0) / extent,
 )

@@ -120,6 +120,7 @@ TORSION_SPRING = Element(
     tell=tell,
     outputs=(Quantities("TORSION SPRING", _TURNING), Quantities("TORSION SPRING (prismatic)", _SLIDING)),
     sort=lambda spring, slides: int(spring.is_along(slides)),
-    picture=lambda spring: Around(spring.joint, spring.outer_link),
+    picture=lambda spring, scene: (Around(spring.joint, spring.outer_link),),
+    from_reference=True,
     force=_force,
 )

@@ -19,9 +19,9 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.brief import Brief
 from linkages.base.errors import Status, TimeOverError
+from linkages.elements.analyses import Analysis
 from linkages.engines import ENGINES, check_engine
 from linkages.engines.assessment import simulate
-from linkages.input.model.capabilities import Analysis
 from linkages.results.assessment import touching
 from linkages.results.divergence import dense, horizon
 from linkages.results.impacts import Impact, impacts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -9,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.brief import Brief
-from linkages.mechanics.planar.record_types import STOP
+from linkages.elements.machine import elements_of
+from linkages.elements.outputs import Quantities, Source
 from linkages.results.characteristics import peak_columns
 from linkages.results.derivatives import NONE
 from linkages.results.divergence import apart
@@ -241,14 +243,20 @@ class Assessment(Brief):
 
 def touching(system: System) -> list[str]:
     """Return the contacts that can touch: joints, corners of guides, flanks, prismatic stops, points at lines."""
-    turning = (system.ends["kind"] == STOP) & (system.ends["row"]["ratio"] == 0.0)  # revolute stops give a torque
-    able = system.touching & ~turning
-    return [label for (_, label), one in zip(system.contacts, able, strict=True) if one]
+    parts, slides = elements_of(system.parts), system.slides
+    turning = {name for kind, name, keys in parts if _gives_torque(kind.outputs_of(keys, slides))}
+    able = zip(system.contacts, system.touching, strict=True)
+    return [label for (_, label), one in able if one and label not in turning]
+
+
+def _gives_torque(outputs: Sequence[Quantities]) -> bool:
+    """Tell whether an element is a contact with a torque, as a revolute stop is."""
+    return any(one.source is Source.CONTACT and one.effort == "torque" for one in outputs[:1])
 
 
 def _judged(system: System) -> list[str]:
     """Return the columns that a singular position can make meaningless: outputs, and peaks except of loads."""
-    bounded = {name for _, name in system.acting if name not in system.parts["closed"]}
+    bounded = {name for _, name in system.acting if name not in system.tree.coupled}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
     return [*system.settings.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
 

@@ -12,7 +12,6 @@ from linkages.elements.machine import OF_ELEMENTS
 from linkages.results import shape
 from linkages.results.extremes import Extremes, Peak, averages, extremes, integral, peaks
 from linkages.results.impacts import Impact
-from linkages.results.outputs.joints import turns
 from linkages.results.outputs.registry import unit
 from linkages.results.shape import Numbers
 from linkages.results.trajectory import Trajectory
@@ -107,7 +106,7 @@ class _Part:
 
     def load(self, name: str, quantity: str) -> shape.Load:
         """Collect the numbers of a load with this characteristic quantity."""
-        backlash = f"{name}.upper.penetration" in self.trajectory
+        backlash = any(f"{label}.penetration" in self.trajectory for label in _labels(self.system, name))
         return shape.Load(**self._effort(name, quantity), **(self._contacts(name) if backlash else {}))
 
     def link(self, name: str) -> shape.Link:
@@ -165,9 +164,13 @@ def peak_columns(system: System) -> list[str]:
 
 
 def effort_of(system: System, table: str, name: str) -> str:
-    """Return the characteristic quantity of an applied load, element, gear, stop or contact."""
+    """Return the characteristic quantity of an applied load, element or contact."""
     if table in OF_ELEMENTS:
         kind, keys = OF_ELEMENTS[table], system.parts[table][name]
-        return kind.outputs_of(keys, system.slides).effort
-    along = table in ("slack", "frictions", "gears", "couplings", "stops")
-    return "torque" if along and turns(system, table, name) else "force"
+        return kind.outputs_of(keys, system.slides)[0].effort
+    return "force"
+
+
+def _labels(system: System, name: str) -> list[str]:
+    """List the contacts of an element that has several."""
+    return [label for owner, label in system.contacts if owner == name != label]

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.elements.machine import add_elements, apart, elements_of, markers_of
+from linkages.elements.machine import acting_of, add_elements, apart, markers_of
 from linkages.mechanics.planar.arrays import functions_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.loads import load_wrenches
@@ -159,7 +159,7 @@ def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
             force, moment = effort * np.array(turned(seen.state.pose, mount, body["ux"], body["uy"])), 0.0
         ends = int(record["child"]["body"]), int(record["parent"])
         outer, inner = reversed(ends) if record["reversed"] else ends
-        if name in system.parts["gearboxes"]:
+        if name in system.wheels:
             outer, inner = int(carried), int(record["parent"])
         yield name, outer, place, force, moment
         yield name, inner, place, -force, -moment
@@ -169,7 +169,7 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     """Yield the forces of applied loads, stops, points at lines, and gears."""
     model, w = seen.model, seen.state
     functions = functions_of(model)
-    for (_, name, _), one in zip(elements_of(system.parts), apart(model.elements), strict=True):
+    for (_, name, _), one in zip(acting_of(system.parts), apart(model.elements), strict=True):
         wrench = np.zeros_like(w.wrench)
         add_elements(one, functions, time, w.v, w.pose, w.vel, wrench)
         yield from _split(seen, name, wrench, markers_of(one))
@@ -184,7 +184,7 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
         markers = [end[0]["bearing"], end[0]["journal"], *row_markers(end[0]["row"])]
         yield from _split(seen, system.contacts[k][1], wrench, markers)
     for name, row, size in zip(
-        reversed(system.parts["closed"]), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
+        reversed([*system.tree.coupled]), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
     ):
         wrench = np.zeros_like(w.wrench)
         add_row_wrench(row, w.pose, size, wrench)

@@ -107,7 +107,7 @@ class Soundness:
         If there are more closure rows than independent ones, some reactions balance each other without any load: the
         null space of the rows' transposed Jacobian. A quantity with a part in such reactions depends on assembly
         tolerances and on elasticity. These are columns of joints (``P.force``, ``P.fx``, ``P.fy``, ``P.moment``),
-        drives and gears (``mesh.torque``, ``mesh.power``).
+        drives and couplings (``mesh.torque``, ``mesh.power``).
         """
         arrays, motion = self.arrays, self.motion
         if arrays.elimination.rank == len(arrays.rows):
@@ -142,7 +142,8 @@ class Soundness:
 
 def _sizes(system: System, arrays: Arrays, q: Array, reaction: Array) -> Mapping[str, float]:
     """Compute each column's magnitude under reactions alone [N]; moments over the linkage's length."""
-    gears = system.parts["closed"]
+    coupled = system.tree.coupled
+    tables = {name: table for table, name in system.acting}
     work = make_workspace(len(arrays.bodies.records), len(q), len(arrays.rows), arrays.bodies.shapes.shape[2])
     body_positions(arrays.bodies, q, work.pose)
     work.reaction[:] = reaction
@@ -155,8 +156,8 @@ def _sizes(system: System, arrays: Arrays, q: Array, reaction: Array) -> Mapping
     for name, effort in zip(system.tree.driven, np.abs(efforts).tolist(), strict=False):
         size = effort / arrays.size if system.joints[name].type == "revolute" else effort
         sizes |= {f"{name}.torque": size, f"{name}.power": size}
-    for name, effort in zip(gears, np.abs(reaction[len(reaction) - len(gears) :]).tolist(), strict=True):
-        quantity = effort_of(system, "gears", name)
+    for name, effort in zip(coupled, np.abs(reaction[len(reaction) - len(coupled) :]).tolist(), strict=True):
+        quantity = effort_of(system, tables[name], name)
         size = effort / arrays.size if quantity == "torque" else effort
         sizes |= {f"{name}.{quantity}": size, f"{name}.power": size}
     return sizes

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
-from linkages.base.errors import Status
+from linkages.base.errors import Status, listed_briefly
+from linkages.elements.machine import elements_of
 from linkages.results.assessment import Assessment
 from linkages.results.films import heat_warnings
 from linkages.results.impacts import Impact
@@ -19,7 +21,6 @@ from linkages.system.rigid_segments import has_segments
 
 ROUGH = 0.1  # error over a peak that gives a warning
 _NOTHING = 1e-6  # relative to the largest peak of its kind: a smaller peak is rounding, and its change is meaningless
-_NAMED = 4  # most peaks, joints or times in a sentence
 
 _CONTINUATION = {
     DEAD_POINT: "no other branch starts there, but the drives cannot continue: velocities, accelerations, forces and "
@@ -38,7 +39,7 @@ def warnings(assessment: Assessment, peaks: Peaks, error: Peaks) -> list[RunWarn
     estimated = tighter is not None and tighter.status is Status.OK
     unknown = [key for key in error if estimated and error[key] is None and peaks[key] is not None]
     segmented = has_segments(system, run.columns)
-    finer, model = refinements(system, segmented), [*_unstretched(system, segmented), *_geared(system)]
+    finer, model = refinements(system, segmented), [*_unstretched(system, segmented), *_of_elements(system)]
     return [
         *_singular(sound.singular, () if ideal is None else ideal.singular),
         *_undetermined(sound.indeterminate, () if ideal is None else ideal.indeterminate),
@@ -63,9 +64,9 @@ def _singular(run: Sequence[SingularPosition], ideal: Sequence[SingularPosition]
         return []
     which = "the run" if not ideal else "the run, like the ideal linkage," if run else "the ideal linkage"
     worst = min(found, key=lambda position: ([*BOUNDED].index(position.kind), position.quality))
-    times = _listed([f"{position.time:.6g} s" for position in found])
+    times, loose = listed_briefly([f"{position.time:.6g} s" for position in found]), listed_briefly(worst.joints)
     what = (
-        f"{which} passes or nears singular positions at {times}: there {_listed(worst.joints)} can move although the "
+        f"{which} passes or nears singular positions at {times}: there {loose} can move although the "
         f"drives do not (ratio of singular values down to {worst.quality:.1g}); {_CONTINUATION[worst.kind]}"
     )
     remedy = "change the lengths or the range of the drives, or drive another joint"
@@ -118,7 +119,7 @@ def rough(
     changed = [(key, part) for key, part in relative(peaks, errors) if part > ROUGH and key not in zero]
     if not changed:
         return []
-    names = _listed([f"{100.0 * part:.0f} % of {key}" for key, part in changed])
+    names = listed_briefly([f"{100.0 * part:.0f} % of {key}" for key, part in changed])
     settings = "; ".join([*refinements, "tighten solver.accuracy"])
     remedy = (
         f"{settings}; if that does not reduce them, the motion is too sensitive to its start: "
@@ -134,7 +135,7 @@ def _chaotic(apart: tuple[float, float] | None, unknown: Sequence[str], refineme
     what = (
         f"the run and its repetition at a ten times tighter tolerance differ from t = {apart[0]:.6g} s to "
         f"{apart[1]:.6g} s: the run is one of many motions there, and the peaks of "
-        f"{_listed(unknown)} are lower bounds without errors"
+        f"{listed_briefly(unknown)} are lower bounds without errors"
     )
     remedy = "compare statistics of many runs, not peaks; or define a window that ends before"
     if refinements:
@@ -142,25 +143,20 @@ def _chaotic(apart: tuple[float, float] | None, unknown: Sequence[str], refineme
     return [warning("rough", apart[0], what, remedy)]
 
 
-def _geared(system: System) -> list[RunWarning]:
-    """Warn of gears that lock each other, and of joints of geared wheels: gears omit the tooth forces on the pins."""
-    gears, every = system.parts["closed"], system.parts["meshes"]
-    joints = dict.fromkeys(name for gear in every.values() for name in gear.joints)
-    if not every:
-        return []
-    locking, found = system.locking_gears, []
-    if locking:
-        names = _listed([[*gears][k] for k in locking])
-        stuck = _listed(list(dict.fromkeys(name for k in locking for name in [*gears.values()][k].joints)))
-        what = f"the gears {names} contradict each other, or the loops: {stuck} cannot move"
-        found.append(warning("gear", None, what, "correct a ratio, or remove a gear"))
-    named = _listed(list(joints)), _listed(list(every))
-    what = "the forces in {} exclude the tooth or belt forces of {}".format(*named)
-    remedy = (
-        "add, in both joints, the torque on the second one over its wheel's pitch radius and, of teeth, over the "
-        "cosine of their pressure angle"
+def _of_elements(system: System) -> list[RunWarning]:
+    """List the warnings about the elements of a machine, such as couplings that lock each other."""
+    closed = [*system.tree.coupled]
+    together: dict[Any, dict[str, Any]] = {}
+    for kind, name, keys in elements_of(system.parts):
+        if kind.warns is not None:
+            together.setdefault(kind.warns, {})[name] = keys
+    locking = system.locking_couplings if closed else []
+    warned = (
+        one
+        for warns, named in together.items()
+        for one in warns(named, [closed[k] for k in locking if closed[k] in named])
     )
-    return [*found, warning("gear", None, what, remedy)]
+    return [warning(one.kind, None, one.what, one.remedy) for one in warned]
 
 
 def _unstretched(system: System, segmented: bool) -> list[RunWarning]:
@@ -168,7 +164,7 @@ def _unstretched(system: System, segmented: bool) -> list[RunWarning]:
     names = [name for name in system.flexible if system.parts["links"][name].axial != 0]
     if not names or not segmented:
         return []
-    what = f"the rigid segments of {_listed(names)} are inextensible: axial modes are omitted"
+    what = f"the rigid segments of {listed_briefly(names)} are inextensible: axial modes are omitted"
     return [warning("segments", None, what, "use the compiled engine, or set axial = 0")]
 
 
@@ -180,8 +176,3 @@ def relative(peaks: Peaks, errors: Peaks) -> list[tuple[str, float]]:
         if error is not None and peak is not None and peak > _NOTHING * largest[quantity(key)]:
             found.append((key, error / peak))
     return sorted(found, key=lambda item: -item[1])
-
-
-def _listed(words: Sequence[str]) -> str:
-    more = len(words) - _NAMED
-    return ", ".join(words[:_NAMED]) + (f" and {more} more" if more > 0 else "")

@@ -18,9 +18,9 @@
 | rigid_segments          | the same linkage with chains of rigid segments instead of flexible links     |
 | law_records             | joint models -> records of the force laws                                    |
 | lightness               | links without mass or moment of inertia, which cannot move alone             |
-| load_records            | applied loads, limit stops, points at lines -> records of the kernels        |
+| load_records            | applied loads, barriers, points at lines -> records of the kernels           |
 | assembly                | loop closure on the branch of the reference configuration, mobility, t = 0   |
-| backlash_start          | start of prescribed motions of wheels with backlash between them             |
+| loose_start             | start of prescribed motions of loosely coupled joints                        |
 | feedforward             | torques of the ideal machine along the references of controllers             |
 | equilibrium             | reactions of the ideal linkage; offsets of journals in static equilibrium    |
 | ideal_motion            | motion of the ideal linkage over time                                        |

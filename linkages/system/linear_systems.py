@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.elements.machine import elements_of, record_of
+from linkages.elements.machine import KINDS, elements_of, record_of
 from linkages.mechanics.planar.motion import Motions, raised
 from linkages.system.assembly import Assembly
 from linkages.system.deflection import deflected
@@ -20,7 +20,7 @@ from linkages.system.load_records import Packed, pack_loads
 from linkages.system.system import System
 
 #: Tables of an experiment that a static linkage omits, because their laws are not linear.
-LEFT_OUT = ("frictions", "stops", "contacts")
+LEFT_OUT = tuple(kind.table for kind in KINDS if not kind.linear)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]
     """
     experiment = system.experiment
     plain: dict[str, object] = {f"joints.{name}": {"model": "ideal"} for name in experiment.joints}
-    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)} | experiment.without_backlash()
+    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)} | experiment.perfected()
     plain |= {"start": "centred", "solver.integrator": "radau_iia_5", "duration": max(experiment.duration, *times, 0.0)}
     ideal = system.replaced(plain)
     at = np.array(times, dtype=np.float64)

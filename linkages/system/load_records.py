@@ -1,7 +1,7 @@
-"""Records of the kernels from applied loads, limits of coordinates, and points at straight lines.
+"""Records of the kernels from applied loads, barriers of coordinates, and points at straight lines.
 
-A stop and a point at a line are corners at a wall, like a block's in its slot; a stop of a revolute joint and a flank
-of a gear with backlash are coordinates at a limit. The contact kernels offset slot walls by the clearance. Here this
+A barrier of a prismatic joint and a point at a line are corners at a wall, like a block's in its slot; other barriers
+are coordinates at a limit. The contact kernels offset slot walls by the clearance. Here this
 length only scales depths, and the wall's position compensates for it.
 """
 
@@ -14,7 +14,9 @@ import numpy as np
 
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
-from linkages.elements.machine import count, elements_of, owner_of, pack_elements, tell_elements
+from linkages.elements.contact_tables import ContactTable, FrictionTable
+from linkages.elements.coordinates import Barrier, Edge
+from linkages.elements.machine import acting_of, count, owner_of, pack_elements, pushes_of, tell_elements
 from linkages.input.functions.definitions import (
     TIME,
     Curve,
@@ -27,8 +29,7 @@ from linkages.input.functions.definitions import (
     table_over,
 )
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
-from linkages.input.model.load_tables import Limit
+from linkages.input.model.experiment_tables import JointModel
 from linkages.laws.control import CONTROLLERS
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import make_motion, make_pose
@@ -36,7 +37,7 @@ from linkages.mechanics.planar.functions import Functions
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, load_outputs, state_rates
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.system.tree import NO_STOP, Tree
+from linkages.system.tree import NO_ROW, Tree
 
 #: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
 REACH = 1e-3
@@ -72,15 +73,14 @@ def pack_loads(
     functions = _Functions(tree, quantities)
     elements = pack_elements(experiment.elements, tree, functions.add)
 
-    for friction in experiment.frictions.values():
+    for push in pushes_of(experiment.elements):
         record = next(following)
         record["kind"] = types.PUSH
-        record["term"], record["sign"] = tree.coordinate(friction.joint)
-        record["motion"] = functions.add_definition(friction.law)
-        if friction.depends_on_force:
-            record["joint"] = list(mechanism.joint).index(friction.joint)
-            record["share"] = functions.add_definition(friction.share)
-            record["leverage"] = 2.0 / friction.length if friction.length is not None else 0.0
+        record["term"], record["sign"] = tree.coordinate(push.joint)
+        record["motion"] = functions.add_definition(push.law)
+        if push.share is not None:
+            record["joint"] = list(mechanism.joint).index(push.joint)
+            record["share"], record["leverage"] = functions.add_definition(push.share), push.leverage
     for name in own:
         record = next(following)
         record["kind"], record["motion"] = types.QUANTITY, functions.add_definition(named(name))
@@ -165,7 +165,7 @@ def check_elements(tree: Tree, experiment: Experiment, packed: Packed, q: Array,
     body_states(tree.bodies, q, v, pose, vel)
     rates = np.concatenate([v, [one.start for one in experiment.own_states.values()]])
     tell_elements(packed.elements, packed.functions, 0.0, rates, 0, pose, vel, rows)
-    for (kind, name, keys), row in zip(elements_of(experiment.elements), rows, strict=True):
+    for (kind, name, keys), row in zip(acting_of(experiment.elements), rows, strict=True):
         if problem := kind.problem_at_start(keys, row, _COINCIDENT * tree.extent):
             raise InputError(experiment.source, f"{kind.table}.{name}", problem)
         if not np.isfinite(row).all():
@@ -217,10 +217,8 @@ def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> No
 
 
 def unilateral_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
-    """Return dry joint models for each limit, then for each point at a line."""
-    models = [_dry(_reach(tree, limit), limit.contact, limit.friction) for limit in experiment.limits.values()]
-    models += [_dry(REACH * tree.extent, touch.contact, touch.friction) for touch in experiment.contacts.values()]
-    return tuple(models)
+    """Return a dry joint model for each contact of elements."""
+    return tuple(_dry(_reach(tree, one), one.contact, one.friction) for one in experiment.touches.values())
 
 
 def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None) -> JointModel:
@@ -230,31 +228,32 @@ def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None
 
 def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
     """Make the records of the two ends of each contact, in the same order."""
-    records: list[tuple[Any, ...]] = []
-    for limit in experiment.limits.values():
-        row, sign = tree.gear_row(limit.other or limit.joint, limit.joint, limit.ratio, 0.0, limit.carrier)
-        (_, *ends, ux, uy), place = row[0], limit.lever * limit.side * limit.place - _reach(tree, limit)
-        if limit.other is None and not _turns(tree, limit.joint):
-            records.append((types.CORNER, *ends, limit.side * ux, limit.side * uy, place, *NO_STOP))
-            continue
-        if limit.other is not None:
-            ends[0] = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
-        records.append((types.STOP, *ends, limit.side * sign, 0.0, place, limit.lever, limit.arm, row))
-    for touch in experiment.contacts.values():
-        if touch.line is not None:
-            frame = tree.mechanism.point[touch.line]
-            line, angle = tree.named_marker(touch.line), frame.angle
-        else:
-            line, angle = (0, *(touch.anchor or ())), touch.angle
-        into = np.sin(angle), -np.cos(angle)
-        point = tree.named_marker(touch.point)
-        records.append((types.CORNER, line, point, *into, -REACH * tree.extent, *NO_STOP))
+    every = experiment.touches.values()
+    records = [_at_barrier(tree, one) if isinstance(one, Barrier) else _at_edge(tree, one) for one in every]
     return np.array(records, types.ENDS)
 
 
-def _reach(tree: Tree, limit: Limit) -> float:
-    """Return the scale of the depths at a limit."""
-    return REACH * (limit.lever if _turns(tree, limit.joint) else tree.extent)
+def _at_barrier(tree: Tree, one: Barrier) -> tuple[Any, ...]:
+    row, sign = tree.coupled_row(one.other or one.joint, one.joint, one.ratio, 0.0, one.carrier)
+    (_, *ends, ux, uy), place = row[0], one.lever * one.side * one.place - _reach(tree, one)
+    if one.other is None and not _turns(tree, one.joint):
+        return types.CORNER, *ends, one.side * ux, one.side * uy, place, *NO_ROW
+    if one.other is not None:
+        ends[0] = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
+    return types.STOP, *ends, one.side * sign, 0.0, place, one.lever, one.arm, row
+
+
+def _at_edge(tree: Tree, one: Edge) -> tuple[Any, ...]:
+    angle = tree.mechanism.point[one.line].angle if isinstance(one.line, str) else one.angle
+    into = np.sin(angle), -np.cos(angle)
+    ends = tree.marker_of(one.line), tree.named_marker(one.point)
+    return types.CORNER, *ends, *into, -_reach(tree, one), *NO_ROW
+
+
+def _reach(tree: Tree, one: Barrier | Edge) -> float:
+    """Return the scale of the depths of a contact."""
+    angular = isinstance(one, Barrier) and _turns(tree, one.joint)
+    return REACH * (one.lever if isinstance(one, Barrier) and angular else tree.extent)
 
 
 def _turns(tree: Tree, joint: str) -> bool:

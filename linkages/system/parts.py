@@ -1,22 +1,17 @@
-"""The named elements of a system, by table and name: links, drives, loads, springs, gears, stops, contacts, states."""
+"""The named parts of a system, by table and name: links, drives, and the elements of `linkages.elements`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from linkages.input.model.experiment import LOADS, OTHERS, Experiment
+from linkages.input.model.experiment import Experiment
 
-#: Keys of the elements, by table and name.
-Parts = Mapping[str, dict[str, Any]]
+#: Keys of the parts, by table and name.
+Parts = Mapping[str, Mapping[str, Any]]
 
 
 def parts_of(experiment: Experiment) -> Parts:
-    """Return the named elements of an experiment, by table.
-
-    Besides the tables of the file there are ``meshes``, the gears and couplings, of which ``closed`` have no backlash
-    and ``slack`` have one, gearboxes of drives included (as ``JOINT.backlash``); and ``gearboxes``, by driven joint.
-    """
-    tables = {table: getattr(experiment, table) for table in dict.fromkeys(("links", "drives", *LOADS, *OTHERS))}
-    made = {table: getattr(experiment, table) for table in ("meshes", "closed", "slack", "gearboxes")}
-    return tables | experiment.elements | made
+    """Return the named parts of an experiment, by table."""
+    parts: Parts = {"links": experiment.links, "drives": experiment.drives}
+    return {**parts, **experiment.elements}

@@ -22,7 +22,7 @@ from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
 from linkages.mechanics.planar.record_types import BEAM, STATION, STATION_MODE
-from linkages.system.assembly import Assembly, assemble, balanced, independent, locking_gears
+from linkages.system.assembly import Assembly, assemble, balanced, independent, locking_couplings
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.feedforward import with_feedforward
@@ -65,8 +65,8 @@ class System(Unassembled):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the input and user-defined laws; another process computes its own arrays."""
         experiment = self.experiment
-        named: list[Mapping[str, Table]] = [experiment.joints, experiment.stops, experiment.meshes, experiment.contacts]
-        tables = [table for kind in (*named, *experiment.elements.values()) for table in kind.values()]
+        named: list[Mapping[str, Table]] = [experiment.joints, *experiment.elements.values()]
+        tables = [table for kind in named for table in kind.values()]
         texts = [text for table in tables for _, text in leaves(table.model_dump()) if isinstance(text, str)]
         return _restored, (self.mechanism, experiment, registered(texts))
 
@@ -199,9 +199,9 @@ class System(Unassembled):
         return deflected(self, straight) if self.tree.flexible else straight
 
     @cached_property
-    def locking_gears(self) -> list[int]:
-        """Find the gears, by index, that contradict each other or the loops; see `assembly.locking_gears`."""
-        return locking_gears(self.tree, self.tree.loop_rows, self.assembly.q)
+    def locking_couplings(self) -> list[int]:
+        """Find the couplings, by index, that contradict each other or the loops; see `assembly.locking_couplings`."""
+        return locking_couplings(self.tree, self.tree.loop_rows, self.assembly.q)
 
     @property
     def has_light_links(self) -> bool:

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
+from linkages.elements.analyses import Analysis
+from linkages.elements.coordinates import Coupled
 from linkages.elements.machine import elements_of
 from linkages.input.functions.definitions import Quantity
 from linkages.input.functions.recorded_tables import FromFile
-from linkages.input.model.capabilities import Analysis, check_analysis
+from linkages.input.model.capabilities import check_analysis
 from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
@@ -88,6 +90,8 @@ class Unassembled(Brief):
     parts: Parts = field(init=False)  # named elements by table and name
     named_loads: tuple[tuple[str, str], ...] = field(init=False)  # table and name, in the order of their records
     acting: tuple[tuple[str, str], ...] = field(init=False)  # elements with gearboxes' backlash, which is in ``slack``
+    coupled: Mapping[str, Coupled] = field(init=False)  # joints with coupled coordinates, by the elements' names
+    wheels: Mapping[str, float] = field(init=False)  # inertias of wheels that drives turn before their joints [kg m2]
     drives: Mapping[str, Drive] = field(init=False)  # by joint
     actuators: Sequence[str] = field(init=False)  # the drives that act, see `Drive.acts`, and the motors
     functions_read: Collection[str] = field(init=False)  # names that functions of elements read
@@ -142,9 +146,9 @@ class Unassembled(Brief):
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
             {name: partial(flexible_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
-            {name: slack.inertia for name, slack in self.experiment.gearboxes.items()},
+            self.experiment.wheels,
         )
-        return replace(tree, gears=tuple(self.experiment.closed.values()), slack=tuple(self.experiment.slack.values()))
+        return replace(tree, coupled=self.experiment.closed, loose=self.experiment.loose)
 
     @property
     def inertials(self) -> dict[str, float]:
@@ -264,8 +268,8 @@ class Unassembled(Brief):
     @cached_property
     def contacts(self) -> tuple[tuple[str, str], ...]:
         """Return owner and label of each contact: clearance joints (`Tree.contacts`), limits, points at lines."""
-        labels = (*self.experiment.limits, *self.experiment.contacts)
-        return (*self.tree.contacts, *((label.rpartition(".")[0] or label, label) for label in labels))
+        labels = ((label.rpartition(".")[0] or label, label) for label in self.experiment.touches)
+        return (*self.tree.contacts, *labels)
 
     @cached_property
     def models(self) -> tuple[JointModel, ...]:

@@ -8,9 +8,9 @@ import numpy as np
 
 from linkages import InputError, RunError, Status, System
 from linkages.base.arrays import Array
+from linkages.elements.analyses import Analysis
 from linkages.engines.assessment import differentiated
 from linkages.engines.compiled.batch.batch import run_batch
-from linkages.input.model.capabilities import Analysis
 from linkages.results.outputs.columns import Columns
 
 _STEP = 1e-3  # step of differences with respect to time, relative to the interval of samples

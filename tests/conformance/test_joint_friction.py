@@ -8,7 +8,7 @@ from machines import bar, joint, model, solid
 from scipy.integrate import simpson
 
 from linkages import InputError, load
-from linkages.input.model.load_tables import JointFriction
+from linkages.elements.friction import JointFriction
 from linkages.laws.friction import friction_coefficient
 
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"

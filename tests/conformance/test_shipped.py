@@ -96,7 +96,7 @@ def test_experiment_runs_and_writes_its_results(engine, name, tmp_path):
     system = shipped(name)
     experiment, play = system.experiment, system.tree.play
     dry = [name for name in play if experiment.joints[name].can_touch]
-    touches = dry or experiment.slack
+    touches = dry or experiment.loose
     figures = {"drawing.svg", "joint_forces.png", "animation.html"}
     figures |= {"drive_torques.png"} if any(drive.acts for drive in experiment.drives.values()) else set()
     figures |= {"orbits.png" for name in play if system.mechanism.joint[name].bearing}

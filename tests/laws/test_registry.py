@@ -16,7 +16,7 @@ from numba import config
 from pydantic import TypeAdapter, ValidationError
 
 import linkages
-from linkages.input.model.experiment_tables import ContactName
+from linkages.elements.contact_tables import ContactName
 from linkages.laws import (
     CONTACTS,
     FRICTIONS,
@@ -273,12 +273,16 @@ def test_laws_go_to_another_process():
     assert CONTACTS["sent"].source == "a page"
 
 
-def test_a_system_takes_the_laws_of_its_stops_and_contacts_along(system_of):
+def test_a_system_takes_the_laws_of_its_elements_and_contacts_along(system_of):
     register_contact("stop", spring(5.0))
     register_contact("touch", spring(6.0))
+    register_contact("teeth", spring(7.0))
     toml = """duration = 1e-3
 [drives.O]
 speed = 1.0
+[drives.O.backlash]
+play = 0.01
+contact = {law = "teeth", restitution = 1.0, stiffness = 1e5}
 [stops.end]
 joint = "O"
 side = "upper"
@@ -290,10 +294,11 @@ anchor = [0.0, -1.0]
 contact = {law = "touch", restitution = 1.0, stiffness = 1e5}
 """
     sent = cloudpickle.dumps(system_of(four_bar(), toml))
-    for name in ("stop", "touch"):
+    names = ["stop", "touch", "teeth"]
+    for name in names:
         forget(name)
     pickle.loads(sent)
-    assert registered(["stop", "touch"])[1].name == "touch"
+    assert [law.name for law in registered(names)] == names
 
 
 def test_what_comes_from_another_process_replaces_older_laws_alone():

@@ -15,12 +15,12 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventSta
 from pydrake.systems.primitives import Adder, ConstantVectorSource
 
 from linkages.base.errors import InputError, Status
+from linkages.elements.analyses import Analysis
 from linkages.engines.budget import Budget
 from linkages.engines.drake.clearance import ClearanceJoints, JointsWithStates
 from linkages.engines.drake.drives import Drives, StatefulDrives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.engines.drake.steps import StepControl, drives_of, is_collapse
-from linkages.input.model.capabilities import Analysis
 from linkages.results.trajectory import TimeReport
 from linkages.system import System
 from linkages.system.ideal_motion import cause
@@ -175,7 +175,7 @@ def add_linkage(
     system.check_analysis(Analysis.DRAKE)
     if not samples:
         system.check_analysis(Analysis.DIAGRAM)
-    if external and any(one.depends_on_force for one in system.parts["frictions"].values()):
+    if external and (system.loads[0]["joint"] >= 0).any():
         raise InputError(
             "argument", "external", "adds forces that the friction of a joint cannot know; use no coefficient"
         )

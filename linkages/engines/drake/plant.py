@@ -23,9 +23,9 @@ from pydrake.multibody.tree import (
 
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError
+from linkages.elements.coordinates import WHEEL
 from linkages.input.files.raw_model import Pose, RawModel
 from linkages.input.files.sdf_text import sdf_text
-from linkages.input.model.load_tables import WHEEL
 from linkages.input.model.mechanism import Link
 from linkages.mechanics.planar.record_types import PRISMATIC
 from linkages.system.spanning import freedoms

@@ -39,6 +39,7 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)  # built when first used
     of_any_joint: ClassVar[bool] = False  # whether units with rad also allow m (prismatic joints)
+    imperfections: ClassVar[tuple[str, ...]] = ()  # keys that the linkage with ideal joints lacks
 
     @field_validator("*", mode="before")
     @classmethod

@@ -6,9 +6,7 @@
 | experiment        | `Experiment`: drives, joint models, loads, settings, from TOML                   |
 | experiment_tables | tables of joint models, solver                                                   |
 | output_names      | names of outputs that can be requested, with meanings and units                  |
-| drive_tables      | tables of drives, of backlash                                                    |
-| law_tables        | tables that name a law, with the law's declared parameters                       |
-| load_tables       | tables of friction, gears, limit stops, points at straight lines                 |
+| drive_tables      | tables of drives                                                                 |
 | link_tables       | tables of links: flexible or rigid, modes, damping                               |
 | beam_interfaces   | flexible links: interfaces at joints and loads, substructures                    |
 | segment_model     | flexible links as chains of rigid segments with springs                          |

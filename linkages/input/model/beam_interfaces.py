@@ -37,9 +37,8 @@ def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> list[
                     problem = f'is flexible, but its joint "{joint.name}" lies {off:g} m off its beam from {ends}'
                     fix = "put it on the beam, or on another link that is fixed to this one"
                     raise InputError(experiment.source, f"links.{name}", f"{problem}; {fix}")
-    loaded: set[str | None] = {name for touch in experiment.contacts.values() for name in (touch.point, touch.line)}
     parts = elements_of(experiment.elements)
-    loaded |= {point for kind, _, keys in parts for point in kind.points(keys) if isinstance(point, str)}
+    loaded = {point for kind, _, keys in parts for point in kind.points(keys) if isinstance(point, str)}
     points = [point for point in mechanism.point.values() if point.link == name and point.name in loaded]
     return distinct([*found, *(min(max(beam.along(point.origin), 0.0), beam.length) for point in points)], beam.length)
 

@@ -12,22 +12,23 @@ from typing import Any, NoReturn
 import numpy as np
 
 from linkages.base.errors import InputError, nearest
-from linkages.elements.element import Point
-from linkages.elements.machine import OF_ELEMENTS, owner_of
+from linkages.elements.analyses import Analysis
+from linkages.elements.contact_tables import ContactTable
+from linkages.elements.machine import KINDS, OF_ELEMENTS, TABLES, elements_of, owner_of
+from linkages.elements.pictures import Point
 from linkages.input.files.formula import CONSTANTS, FUNCTIONS, shown
 from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
 from linkages.input.files.unit_conversion import SLIDING, read, si
 from linkages.input.functions.definitions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of, over_time
 from linkages.input.functions.smoothing import SmoothSignal
-from linkages.input.model import load_tables as tables
 from linkages.input.model.beam_interfaces import substructures
-from linkages.input.model.capabilities import Analysis, check_analysis
-from linkages.input.model.drive_tables import Backlash, Drive
+from linkages.input.model.capabilities import check_analysis
+from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.experiment_tables import ContactTable, JointModel
+from linkages.input.model.experiment_tables import JointModel
 from linkages.input.model.link_tables import LinkModel
-from linkages.input.model.mechanism import Frame, Mechanism
+from linkages.input.model.mechanism import Frame, Joint, Mechanism
 from linkages.input.model.output_names import (
     BENDING_QUANTITIES,
     FRAME_BENDING,
@@ -113,7 +114,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
         _Check(mechanism, experiment, f"links.{name}").flexible(name, experiment.links[name])
     taken = {"world", *mechanism.point, *mechanism.joint}
     own = [("values", name) for name in experiment.values]
-    own += [(table, name) for table, named in experiment.elements.items() for name in named]
+    own += [(table, name) for table in TABLES for name in experiment.elements[table]]
     for table, name in dict.fromkeys((*experiment.named, *own)):
         load = _Check(mechanism, experiment, f"{table}.{name}")
         if name in taken:
@@ -125,6 +126,9 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
             OF_ELEMENTS[table].check(experiment.elements[table][name], load)
         else:
             getattr(load, table)(getattr(experiment, table)[name])
+    derived = (kind for kind in KINDS if kind.derived is not None)
+    for kind, name, keys in elements_of(experiment.elements, derived):
+        kind.check(keys, _Check(mechanism, experiment, kind.path(name)))
     _check_quantities(mechanism, experiment)
     for name, window in experiment.windows.items():
         part = _Check(mechanism, experiment, f"windows.{name}")
@@ -174,10 +178,6 @@ class _Check:
         for key, unit in drive.units.items():
             known = bracketed(Drive.model_fields[key].description) if key != "time" else "s"
             self.same_kind(f"units.{key}", unit, SLIDING.get(known, known) if self.slides(name) else known)
-        if drive.backlash is not None:
-            if self.slides(name):
-                self.refuse("backlash", "needs a revolute joint; before a prismatic one use a gear with backlash")
-            replace(self, where=f"{self.where}.backlash").backlash(drive.backlash, name)
         self.covers(drive.times, drive.fitted)
         self.over_time("formula", drive.formula)
 
@@ -268,19 +268,6 @@ class _Check:
             if (count := getattr(model, key)) and count < least:
                 self.refuse(key, f"is {count}; its {others + 1} {what} need {least} modes or more, or 0")
 
-    def frictions(self, friction: tables.JointFriction) -> None:
-        self.moving(friction.joint)
-        if friction.joint in self.experiment.play:
-            own = f"[joints.{friction.joint}.friction]"
-            self.refuse("joint", f'"{friction.joint}" has clearance; give it a table {own}')
-        slides = self.slides(friction.joint)
-        if friction.depends_on_force and not slides and friction.radius is None:
-            self.refuse("radius", "is missing: a coefficient needs the radius of the pin")
-        for key, fits in (("radius", not slides), ("length", slides)):
-            if getattr(friction, key) is not None and not fits:
-                self.refuse(key, f'has no effect: "{friction.joint}" is {"prismatic" if slides else "revolute"}')
-        self.units(tables.JointFriction, slides)
-
     def link_of(self, key: str, point: Point) -> str:
         """Return the link of a point, "world" for a fixed one; refuse an unknown one."""
         return self.point(key, point).link if isinstance(point, str) else "world"
@@ -309,61 +296,26 @@ class _Check:
             self.refuse("joint", f'"{name}" is a fixed joint and cannot move')
         return name
 
-    def gears(self, gear: tables.Mesh) -> None:
-        for name in gear.joints:
-            self.known("joints", name, self.mechanism.joint)
-            if self.mechanism.joint[name].type == "fixed":
-                self.refuse("joints", f'"{name}" is fixed; name revolute or prismatic joints')
-            if name in self.experiment.play and self.mechanism.joint[name].type == "prismatic":
-                self.refuse("joints", f'"{name}" has clearance; a rack needs an ideal guide')
-        self.seen_from(gear)
-        if gear.backlash is not None:
-            replace(self, where=f"{self.where}.backlash").backlash(gear.backlash, gear.joints[1])
+    def joint(self, key: str, name: str) -> Joint:
+        """Return a joint; refuse an unknown one."""
+        self.known(key, name, self.mechanism.joint)
+        return self.mechanism.joint[name]
 
-    def seen_from(self, gear: tables.Mesh) -> None:
-        """Check that a gear says from which link its wheels are seen, and that both can be seen from there."""
-        if gear.carrier is None:
-            if not gear.mimic and not self.mechanism.meet(*gear.joints):
-                one, two = (f'"{name}"' for name in gear.joints)
-                apart = f"{one} and {two} share no link, so that their angles are seen from different ones"
-                carrier = "give carrier, the link on which both wheels have their axes"
-                self.refuse("joints", f"{apart}: {carrier}, or mimic = true for the joints' own coordinates")
-            return
-        self.known("carrier", gear.carrier, ("world", *self.mechanism.link))
-        for joint in (self.mechanism.joint[name] for name in gear.joints):
-            if gear.carrier in (joint.parent, joint.child):
-                continue
-            if joint.type == "prismatic":
-                problem = f'is "{gear.carrier}", but "{joint.name}" is prismatic'
-                self.refuse("carrier", f"{problem}; name a link that it joins")
-            if gear.carrier in self.experiment.flexible:
-                problem = f'is "{gear.carrier}", a flexible link, which has no single angle'
-                self.refuse("carrier", f'{problem}; make it rigid, or let "{joint.name}" join it')
+    def has_clearance(self, joint: str) -> bool:
+        """Tell whether a joint has clearance."""
+        return joint in self.experiment.play
 
-    def backlash(self, slack: Backlash, second: str) -> None:
-        slides = self.slides(second)
-        self.units(Backlash, slides)
-        self.plain(slack.contact)
-        if slides and slack.normal is not None:
-            self.refuse("normal", f'needs a wheel; "{second}" is prismatic: give play [m]')
-        if not slides and slack.normal is None and slack.friction is not None:
-            self.refuse("friction", "needs the force of the teeth: give normal and radius instead of play")
+    def meet(self, one: str, other: str) -> bool:
+        """Tell whether two joints share a link, or have links that fixed joints make one body."""
+        return self.mechanism.meet(one, other)
 
-    couplings = gears
+    def bends(self, link: str) -> bool:
+        """Tell whether a link is flexible."""
+        return link in self.experiment.flexible
 
-    def stops(self, stop: tables.Stop) -> None:
-        self.moving(stop.joint)
-        if stop.joint in self.experiment.play and self.mechanism.joint[stop.joint].type == "prismatic":
-            self.refuse("joint", f'"{stop.joint}" has clearance; stop a point of its block by a table [contacts.NAME]')
-        self.units(tables.Stop, self.slides(stop.joint))
-        self.plain(stop.contact)
-
-    def contacts(self, touch: tables.LineContact) -> None:
-        link = self.point("point", touch.point).link
-        other = "world" if touch.line is None else self.point("line", touch.line).link
-        if link == other:
-            self.refuse("", f'has its point and its line on the same link, "{link}"')
-        self.plain(touch.contact)
+    def within(self, key: str) -> _Check:
+        """Return the checks of the table at a key."""
+        return replace(self, where=f"{self.where}.{key}")
 
     def signal(self, key: str, name: str, text: str) -> str:
         """Check an input of a formula, whose text is given; return its unit."""
@@ -396,7 +348,7 @@ class _Check:
 
     def has_gearbox(self, joint: str) -> bool:
         """Tell whether the drive of a joint has backlash."""
-        return joint in self.experiment.gearboxes
+        return joint in self.experiment.wheels
 
     def ends_of(self, joint: str) -> tuple[str, str]:
         """Return the parent and child of a joint."""

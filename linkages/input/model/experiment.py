@@ -20,21 +20,35 @@ from linkages.base.arrays import Array
 from linkages.base.brief import Brief
 from linkages.base.errors import ARGUMENT, COMMAND_LINE, InputError, shortened
 from linkages.elements.controller import Controller
+from linkages.elements.coordinates import Barrier, Coupled, Edge
+from linkages.elements.coupling import Coupling
 from linkages.elements.force import Force
-from linkages.elements.machine import ACTING, OF_ELEMENTS, functions_of, quantities_of
+from linkages.elements.friction import JointFriction
+from linkages.elements.gear import Gear
+from linkages.elements.machine import (
+    KINDS,
+    PUSHING,
+    TABLES,
+    contacts_by_label,
+    couplings_by_name,
+    elements_of,
+    functions_of,
+    quantities_of,
+)
 from linkages.elements.motor import Motor
 from linkages.elements.spring import Spring
 from linkages.elements.state import State
+from linkages.elements.stop import Stop
 from linkages.elements.torque import Torque
 from linkages.elements.torsion_spring import TorsionSpring
+from linkages.elements.touch import LineContact
 from linkages.input.files.beams import MATERIAL, SECTIONS
 from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leaves, read_toml, replace_values, validate
 from linkages.input.files.unit_conversion import decimal_comma, read
 from linkages.input.functions.definitions import Quantity, constant, inputs_of, names_in
 from linkages.input.functions.recorded_tables import DataTable, FromFile
-from linkages.input.model import load_tables as tables
-from linkages.input.model.drive_tables import Drive, GearboxBacklash
+from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment_tables import JointModel, RunWindow, SolverTable
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.output_names import (
@@ -50,9 +64,7 @@ _Values = Mapping[str, Any]
 _NONE: _Values = MappingProxyType({})
 
 #: The tables of applied loads, in the order in which the loads are packed.
-LOADS = ("frictions",)
-#: The other tables of named elements beside those of `linkages.elements`.
-OTHERS = ("gears", "couplings", "stops", "contacts")
+LOADS = PUSHING
 
 
 #: A number in the SI unit of its own kind.
@@ -96,15 +108,15 @@ class Experiment(Brief, Table):
     torques: dict[str, Torque] = Field({}, description="applied torques by name")
     springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, by name")
     torsion_springs: dict[str, TorsionSpring] = Field({}, description="torsion springs and dampers by name")
-    frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
+    frictions: dict[str, JointFriction] = Field({}, description="friction in ideal joints, by name")
     values: dict[str, Value] = Field({}, description="numbers by name, for formulas; in SI units, or with a unit")
     states: dict[str, State] = Field({}, description="additional states by name, for formulas")
     motors: dict[str, Motor] = Field({}, description="motors that turn revolute joints, by name")
     controllers: dict[str, Controller] = Field({}, description="controllers by name; their outputs are for formulas")
-    gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
-    couplings: dict[str, tables.Coupling] = Field({}, description="couplings of coaxial shafts by name")
-    stops: dict[str, tables.Stop] = Field({}, description="stops of joints by name")
-    contacts: dict[str, tables.LineContact] = Field({}, description="contacts of points with straight lines, by name")
+    gears: dict[str, Gear] = Field({}, description="gears and belts between joints, by name")
+    couplings: dict[str, Coupling] = Field({}, description="couplings of coaxial shafts by name")
+    stops: dict[str, Stop] = Field({}, description="stops of joints by name")
+    contacts: dict[str, LineContact] = Field({}, description="contacts of points with straight lines, by name")
     data: DataTable | None = Field(None, description="measured curves for comparison with computed ones")
     report: Literal["steady", "whole"] = Field(
         "steady",
@@ -136,7 +148,7 @@ class Experiment(Brief, Table):
         for name, joint in self.joints.items():
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
-        named = _in_order("links", "values", *LOADS, *OF_ELEMENTS, *OTHERS)
+        named = _in_order("links", "values", *TABLES)
         tables = {name: getattr(self, name) for name in named}
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
@@ -202,7 +214,7 @@ class Experiment(Brief, Table):
     @property
     def can_touch(self) -> bool:
         """Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines."""
-        return bool(self.limits or self.contacts) or any(self.joints[name].can_touch for name in self.play)
+        return bool(self.touches) or any(self.joints[name].can_touch for name in self.play)
 
     @property
     def flexible(self) -> tuple[str, ...]:
@@ -211,7 +223,7 @@ class Experiment(Brief, Table):
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each applied load beside the elements: frictions."""
+        """Return table and name of each applied load beside the elements with kernels: frictions."""
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
 
     @cached_property
@@ -250,61 +262,60 @@ class Experiment(Brief, Table):
         return {path: one for path, one in named.items() if isinstance(one, FromFile) and one.file is not None}
 
     @property
-    def elements(self) -> dict[str, dict[str, Table]]:
+    def elements(self) -> dict[str, Mapping[str, Table]]:
         """Return the elements of `linkages.elements`, by table and name."""
-        return {table: getattr(self, table) for table in OF_ELEMENTS}
+        return {
+            kind.table: getattr(self, kind.table) if kind.derived is None else kind.derived(getattr(self, kind.home))
+            for kind in KINDS
+        }
 
     @property
     def named(self) -> tuple[tuple[str, str], ...]:
         """Return table and name of each part that acts on bodies: elements, gears, couplings, stops, contacts."""
-        tables = _in_order(*LOADS, *(kind.table for kind in ACTING), *OTHERS)
-        return tuple((table, name) for table in tables for name in getattr(self, table))
+        tables = (kind.table for kind in KINDS if kind.derived is None and kind.acts)
+        return tuple((table, name) for table in _in_order(*tables) for name in getattr(self, table))
 
     @property
     def acting(self) -> tuple[tuple[str, str], ...]:
-        """Return the named elements, and the gearboxes with backlash as elements of `slack`."""
-        return self.named + tuple(("slack", f"{name}.backlash") for name in self.gearboxes)
+        """Return the named elements, and those that are derived from other tables."""
+        derived = (kind for kind in KINDS if kind.derived is not None)
+        return self.named + tuple((kind.table, name) for kind, name, _ in elements_of(self.elements, derived))
 
     @property
-    def meshes(self) -> dict[str, tables.Mesh]:
-        """Return the gears and couplings by name."""
-        return {**self.gears, **self.couplings}
+    def coupled(self) -> dict[str, Coupled]:
+        """Return the joints whose coordinates elements couple, exactly or loosely, by the elements' names."""
+        return couplings_by_name(self.elements)
 
     @property
-    def closed(self) -> dict[str, tables.Mesh]:
-        """Return the gears and couplings without backlash."""
-        return {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is None}
+    def closed(self) -> dict[str, Coupled]:
+        """Return the joints with exactly coupled coordinates."""
+        return {name: one for name, one in self.coupled.items() if one.width is None}
 
     @property
-    def gearboxes(self) -> dict[str, GearboxBacklash]:
-        """Return the backlash of drives' gearboxes, by the driven joint."""
-        return {name: drive.backlash for name, drive in self.drives.items() if drive.backlash is not None}
+    def loose(self) -> dict[str, Coupled]:
+        """Return the joints with coordinates that are coupled within a free travel."""
+        return {name: one for name, one in self.coupled.items() if one.width is not None}
 
     @property
-    def slack(self) -> dict[str, tables.Mesh]:
-        """Return the gears and couplings with backlash; of a drive's gearbox as ``JOINT.backlash``."""
-        found = {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is not None}
-        for name, slack in self.gearboxes.items():
-            found[f"{name}.backlash"] = tables.Coupling(
-                joints=[f"{name}{tables.WHEEL}", name], offset=0.0, carrier=None, mimic=False, backlash=slack
-            )
-        return found
+    def wheels(self) -> dict[str, float]:
+        """Return the moments of inertia of the wheels that drives turn before their joints, by the joint [kg m2]."""
+        return {name: drive.wheel for name, drive in self.drives.items() if drive.wheel is not None}
 
     @property
-    def limits(self) -> dict[str, tables.Limit]:
-        """Return the contacts at limits of coordinates by label: stops, then the flanks of gears with backlash."""
-        found = {name: stop.as_limit for name, stop in self.stops.items()}
-        flanks = {f"{name}.{side}": one for name, mesh in self.slack.items() for side, one in mesh.flanks.items()}
-        return found | flanks
+    def touches(self) -> dict[str, Barrier | Edge]:
+        """Return the contacts of elements, by label."""
+        return contacts_by_label(self.elements)
 
-    def without_backlash(self) -> dict[str, Any]:
-        """Return the tables of gears, couplings and drives without backlash; only those that change."""
-        tables = {table: getattr(self, table) for table in ("gears", "couplings", "drives")}
-        return {
-            table: {name: one.model_dump(exclude_unset=True, exclude={"backlash"}) for name, one in named.items()}
-            for table, named in tables.items()
-            if any(one.backlash is not None for one in named.values())
-        }
+    def perfected(self) -> dict[str, Any]:
+        """Return tables without the keys that the linkage with ideal joints lacks; only those that change."""
+        found: dict[str, dict[str, Table]] = {key: getattr(self, key) for key in ("drives", *TABLES)}
+        return {key: _perfect(named) for key, named in found.items() if any(map(_is_imperfect, named.values()))}
+
+    @property
+    def couplings_alone(self) -> dict[str, Any]:
+        """Return the tables of the elements that couple coordinates, as the linkage with ideal joints has them."""
+        tables = {kind.table for kind, _, keys in elements_of(self.elements) if kind.couples(keys) is not None}
+        return {table: _perfect(getattr(self, table)) for table in TABLES if table in tables}
 
     def value(self, path: str) -> float:
         """Return the number at a dotted path; InputError if there is none."""
@@ -345,13 +356,13 @@ class Experiment(Brief, Table):
             "links": {name: {"model": "rigid"} for name in self.links},
             "outputs": [name for name in self.outputs if self._stays(name)],
         }
-        data = self.model_dump(exclude_unset=True) | perfect | self.without_backlash()
+        data = self.model_dump(exclude_unset=True) | perfect | self.perfected()
         return experiment_of(self._source, data, self._sources)
 
     def _stays(self, output: str) -> bool:
         """Check whether the linkage with ideal joints and gears and rigid links has an output."""
         owner, _, quantity = output.rpartition(".")
-        if quantity in BENDING_QUANTITIES or owner == "q" or owner.rpartition(".")[0] in self.slack:
+        if quantity in BENDING_QUANTITIES or owner == "q" or owner.rpartition(".")[0] in self.loose:
             return False
         return owner not in self.play or self.is_of_joint(owner, quantity)
 
@@ -364,6 +375,15 @@ class Experiment(Brief, Table):
 def _in_order(*tables: str) -> list[str]:
     """Return tables in the order of the experiment's keys."""
     return sorted(tables, key=list(Experiment.model_fields).index)
+
+
+def _is_imperfect(table: Table) -> bool:
+    return any(getattr(table, key) is not None for key in table.imperfections)
+
+
+def _perfect(named: Mapping[str, Table]) -> dict[str, Any]:
+    """Return the values of tables without the keys that the linkage with ideal joints lacks."""
+    return {name: one.model_dump(exclude_unset=True, exclude={*one.imperfections}) for name, one in named.items()}
 
 
 @cache

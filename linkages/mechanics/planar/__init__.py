@@ -28,7 +28,7 @@
 | closure             | Newton's method on the closure rows; consistent rates; the ideal linkage near a run    |
 | beams               | internal forces, stress and deflection of flexible links                               |
 | reactions           | forces in all joints, efforts of all drives                                            |
-| joint_friction      | friction in ideal joints from the forces in them                                       |
+| reactive_loads      | loads that depend on the forces in joints, as friction does                            |
 
 Arguments have the same names everywhere:
 

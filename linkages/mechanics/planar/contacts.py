@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages.base.kernel import Array, Records, inlined_kernel, kernel
 from linkages.laws.film.film_history import history_force
@@ -34,6 +35,11 @@ FORCE_X, FORCE_Y, FORCE_COUPLE, FIRST_RATE = range(4)
 RESULTS = len(get_args(ContactResults))
 #: Their places in a line of `CLEARANCE_OUTPUTS`, flow and rates.
 RESULT_PLACES = (FX, FY, COUPLE, *range(RATES, WIDTH), PENETRATION, CLOSING, SLIDING, LOAD)
+
+
+def limits_a_row(ends: Records) -> NDArray[np.bool_]:
+    """Return which contacts limit the value of a row, (nc,)."""
+    return np.asarray(ends["kind"] == STOP)
 
 
 @inlined_kernel

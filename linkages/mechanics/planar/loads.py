@@ -1,4 +1,4 @@
-"""Applied loads: frictions and motors, from body states to wrenches; additional states.
+"""Applied loads: pushes along coordinates, from body states to wrenches; additional states.
 
 Loads are packed as ``(records, signals, states, breaks, coefficients, segments)``: an array of `LOAD`, then
 `linkages.mechanics.planar.functions.Functions` with the values of loads, of elements, and the rates of states; see
@@ -41,7 +41,7 @@ def load_wrenches(loads: Loads, t: float, v: Array, pose: Array, vel: Array, wre
 def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, vel: Array, outputs: Array) -> None:
     """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load.
 
-    ``efforts`` (nl,): see `linkages.mechanics.planar.joint_friction.FrictionWork`; read for its frictions alone.
+    ``efforts`` (nl,): see `linkages.mechanics.planar.reactive_loads.ReactiveLoads`; read for these loads alone.
     """
     records, given = loads[0], given_at(loads[1:], t, v, pose, vel)
     for k in range(len(records)):

@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.base.kernel import Array, lazy_kernel, record_type
 from linkages.mechanics.planar.arrays import Arrays
-from linkages.mechanics.planar.joint_friction import FrictionWork
+from linkages.mechanics.planar.reactive_loads import ReactiveLoads
 from linkages.mechanics.planar.record_types import MARKER
 from linkages.mechanics.planar.workspace import Workspace
 from linkages.system import System
@@ -43,7 +43,7 @@ class Snapshot(NamedTuple):
     forces: Array  # on each joint's child, with moment, (nj, 3); see `linkages.mechanics.planar.reactions.joint_forces`
     efforts: Array  # torque or force of each drive, (nd,)
     loads: Array  # `linkages.mechanics.planar.loads.LOAD_OUTPUTS` of loads, then of elements, (nl, 4)
-    friction: FrictionWork
+    reactive: ReactiveLoads
 
 
 class OutputFormula(NamedTuple):

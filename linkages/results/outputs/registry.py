@@ -24,8 +24,9 @@ import numpy as np
 from linkages.base.errors import AssemblyError, InputError, nearest
 from linkages.base.kernel import Records
 from linkages.input.model.segment_model import HINGE
+from linkages.results.outputs import elements
 from linkages.results.outputs.bodies import COORDINATES, LINKS, POINTS
-from linkages.results.outputs.contacts import PLAY, WALLS
+from linkages.results.outputs.contacts import PLAY
 from linkages.results.outputs.joints import FORCES
 from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, OutputFormula, Owner
 from linkages.results.outputs.states import OWN
@@ -36,8 +37,9 @@ JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
 #: Where a user finds all outputs.
 LISTED = "`linkages keys` lists all kinds"
 
+_FORCES = (*elements.BETWEEN, *FORCES, *elements.FORCES)
 #: All kinds of elements with outputs; the first one wins if names are equal.
-OWNERS = (*POINTS, *PLAY, *FORCES, *WALLS, *LINKS, *OWN)
+OWNERS = (*POINTS, *PLAY, *_FORCES, *elements.CONTACTS, *LINKS, *OWN)
 
 #: The formulas of all quantities and their numbers, which the records of outputs hold.
 FORMULAS: dict[OutputFormula, int] = {}

@@ -43,13 +43,13 @@ def answer(summary: dict[str, Any], file: str) -> list[str]:
     """Answer the question of a run of an experiment's file in three sentences; a first one if it ended early."""
     shown = words.reported(summary)
     play = {name: joint for name, joint in shown["joints"].items() if "eccentricity_ratio" in joint}
-    gears = {name: load for name, load in shown.get("loads", {}).items() if "impacts" in load}
+    loose = {name: load for name, load in shown.get("loads", {}).items() if "impacts" in load}
     status = Status(summary["status"])
     if status is Status.OK:
-        return [_action(play, gears), _effect(shown, summary["warnings"]), _trial(play, summary, file)]
+        return [_action(play, loose), _effect(shown, summary["warnings"]), _trial(play, summary, file)]
     asked = f"{summary['duration']:.4g} s of {summary['provenance']['experiment']['duration']:g} s"
     ended = f"The run ended early, at {asked}, with the status {status.value}; the numbers belong to this part."
-    return [ended, _action(play, gears), _effect(shown, summary["warnings"]), f"Next, {status.remedy}."]
+    return [ended, _action(play, loose), _effect(shown, summary["warnings"]), f"Next, {status.remedy}."]
 
 
 def remarks(summary: dict[str, Any]) -> list[str]:
@@ -61,8 +61,8 @@ def remarks(summary: dict[str, Any]) -> list[str]:
     return [_sentence(line) for line in (*found, *words.motion_lines(summary), *signals)]
 
 
-def _action(play: dict[str, Any], gears: dict[str, Any]) -> str:
-    """Tell how the joints with clearance work, on a film, in contact, or neither, and the gears with backlash."""
+def _action(play: dict[str, Any], loose: dict[str, Any]) -> str:
+    """Tell how the joints with clearance work, on a film, in contact, or neither, and the flanks of loose couplings."""
     touching = {name: joint for name, joint in play.items() if joint["impacts"] or joint["contact_fraction"]}
     riding = {name: joint for name, joint in play.items() if name not in touching and "film_thickness" in joint}
     free = [name for name in play if name not in touching | riding]
@@ -73,8 +73,8 @@ def _action(play: dict[str, Any], gears: dict[str, Any]) -> str:
     if free:
         said.append(f"joint{'s'[: len(free) > 1]} {listed(free)} {'do' if len(free) > 1 else 'does'} not touch")
     said += [] if play else ["all joints are ideal"]
-    for name, gear in gears.items():
-        times, part = _times(gear["impacts"]), words.percent(gear["contact_fraction"])
+    for name, load in loose.items():
+        times, part = _times(load["impacts"]), words.percent(load["contact_fraction"])
         said.append(f"the flanks of {name} touch {times} and are in contact for {part} of the time")
     return _sentence("; ".join(said))
 

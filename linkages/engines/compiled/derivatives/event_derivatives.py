@@ -38,9 +38,9 @@ from linkages.mechanics.planar.contacts import (
     contact_action,
     contact_motion,
 )
-from linkages.mechanics.planar.joint_friction import add_efforts
 from linkages.mechanics.planar.loads import is_due, sample_states
 from linkages.mechanics.planar.newton_euler import generalised_force
+from linkages.mechanics.planar.reactive_loads import add_efforts
 
 
 @kernel(makes_arrays=True)
@@ -67,7 +67,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, memory: Arr
         for i in range(n):
             c.y[i] = y[i] - back * c.dy[i]
         derivatives(equations, t - back, c.y, c.dy)
-    efforts = work.friction.efforts.copy()
+    efforts = work.reactive.efforts.copy()
     set_over_time(equations, v, t, y, c.dy)
     motion, _ = contact_motion(v.model.ends[k], w.pose, w.vel)
     _hold(equations, k, False)
@@ -77,7 +77,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, memory: Arr
         rising[i] = slope(v.work.results[LATCHED_RESULTS[i]], 0)
     derivatives(equations, t, y, c.dy)
     for i in range(len(efforts)):
-        efforts[i] = work.friction.efforts[i] - efforts[i]
+        efforts[i] = work.reactive.efforts[i] - efforts[i]
     jump, forcing = np.zeros(OUTPUTS), np.zeros((len(c.own), m))
     _set_jump(equations, k, jump)
     _hold(equations, k, True)
@@ -110,8 +110,8 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, memory: Arr
         v.work.rows[:] = 0.0
         add_contact(w.wrench, v.model.ends[k], w.pose, motion[0], motion[1], arms, push[0], push[1], push[2])
         for i in range(len(efforts)):
-            v.work.friction.efforts[i] = -efforts[i] * later
-        add_efforts(v.model, v.work.friction.efforts, w)
+            v.work.reactive.efforts[i] = -efforts[i] * later
+        add_efforts(v.model, v.work.reactive.efforts, w)
         generalised_force(v.model.bodies, w.pose, w.wrench, w.tau)
         fill_solved(equations, w.tau, v.work.rows, first, last, forcing)
         states = equations.model.law_states

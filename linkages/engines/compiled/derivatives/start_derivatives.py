@@ -62,7 +62,7 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
     change of coordinates and rates that keeps them closed. Otherwise neighbouring systems are assembled.
     """
     tree, centred = system.tree, system.settings.start == "centred"
-    determined = centred and not tree.flexible and not (tree.powered and (tree.play or tree.slack))
+    determined = centred and not tree.flexible and not (tree.powered and (tree.play or tree.loose))
     determined = determined and bool(np.isfinite(system.assembly.quality))
     found = np.zeros((len(nearby), len(start_state(system))))
     kept = centred and not tree.flexible  # otherwise masses and laws change the start

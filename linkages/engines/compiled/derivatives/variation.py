@@ -59,7 +59,7 @@ from linkages.mechanics.planar.contacts import (
     contact_action,
     contact_motion,
 )
-from linkages.mechanics.planar.joint_friction import FrictionWork, add_applied, make_friction_work
+from linkages.mechanics.planar.reactive_loads import ReactiveLoads, add_applied, make_reactive_loads
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.results.outputs.registry import pack
 from linkages.system import System
@@ -78,7 +78,7 @@ class DualWork(NamedTuple):
     value: Array
     rate: Array
     second: Array
-    friction: FrictionWork
+    reactive: ReactiveLoads
     rows: Array  # accelerations or errors of the closure rows, (nr,)
     y: Array  # (ny,)
     results: Array  # of a contact, (RESULTS,)
@@ -172,11 +172,11 @@ def _make_work(model: Arrays, count: int) -> DualWork:
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
     n, most = size_of(model), max(nd, len(model.powered))
     state = make_workspace(nb, n, nr, model.bodies.shapes.shape[2])
-    dynamics, friction = DualCopy(state).value, DualCopy(make_friction_work(model, state)).value
+    dynamics, reactive = DualCopy(state).value, DualCopy(make_reactive_loads(model, state)).value
     ny = 2 * len(model.free) + len(model.law_states) + len(model.states)
     y, memory, results = dual_array(ny), dual_array(nc, REMEMBERED), dual_array(RESULTS)
     motions = (dual_array(most) for _ in range(3))
-    own = dual_array(nc, WIDTH), memory, *motions, friction, dual_array(nr), y, results, dual_array(OUTPUTS)
+    own = dual_array(nc, WIDTH), memory, *motions, reactive, dual_array(nr), y, results, dual_array(OUTPUTS)
     floats = np.zeros((len(y) - len(model.free), count + nc * LATCHED)), np.zeros((RESULTS, PARTIALS))
     slots = (one.view(np.ndarray) for one in (y, memory, results))
     return DualWork._make([dynamics, np.zeros(1), *own, *slots, *floats])
@@ -386,7 +386,7 @@ def fill_residual(equations: Equations, v: Variation, t: float, dy: Array, first
     model, w, now = v.model, v.work.dynamics, seeded(t, -1)
     add_elements(model.elements, functions_of(model), now, w.v, w.pose, w.vel, w.wrench)
     if len(model.loads):
-        add_applied(model, now, v.work.value, w, v.work.friction)
+        add_applied(model, now, v.work.value, w, v.work.reactive)
     for i in range(len(model.free)):
         w.a[model.free[i]] = dy[i]
     set_residuals(model, w, equations.work.dynamics.reaction, v.work.rows)

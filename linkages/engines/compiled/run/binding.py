@@ -30,14 +30,14 @@ from linkages.mechanics.planar.contact_memory import (
     start_cells,
 )
 from linkages.mechanics.planar.contacts import CLOSING, PENETRATION
-from linkages.mechanics.planar.joint_friction import is_jammed
 from linkages.mechanics.planar.loads import is_due, next_due, sample_states
+from linkages.mechanics.planar.reactive_loads import is_jammed
 
 #: Status of a run whose journal left its film; `linkages.mechanics.integrate.driver` has the others.
 LEFT = 3
 #: Status of a run whose loops came apart; its last state is the first one with open loops.
 OPEN = 4
-#: Status of a run that ends where the friction of joints has no solution.
+#: Status of a run that ends where loads that depend on joint forces have no solution.
 JAMMED = 5
 
 
@@ -200,7 +200,7 @@ def run(
     width = recorded(work.memory) + len(job.outputs) + (STAGES * len(y) if stages else 0)
     options = Options(end, first, limits[LONGEST], most, 0.0, job.landing, kinks, limits[ACCURACY], stop)
     record = _drive(equations, job, job.stepper, job.tolerance, t, y, work.modes, width, options)
-    if record.status != PAUSED and is_jammed(work.friction):
+    if record.status != PAUSED and is_jammed(work.reactive):
         return with_status(record, JAMMED)
     return without_last(record) if record.status == OPEN and len(record.times) > 1 else record
 

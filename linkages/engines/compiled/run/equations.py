@@ -11,11 +11,11 @@ from linkages.laws.states import FIRST_STATE
 from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
 from linkages.mechanics.planar.contacts import EX, EY, FX, FY, RATES, clearance_wrenches
-from linkages.mechanics.planar.joint_friction import add_applied
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states
 from linkages.mechanics.planar.loads import state_rates
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import force_residual
+from linkages.mechanics.planar.reactive_loads import add_applied
 from linkages.mechanics.planar.record_types import REVOLUTE
 from linkages.mechanics.planar.singularities import smooth_dynamics
 from linkages.mechanics.planar.workspace import Workspace
@@ -61,7 +61,7 @@ def _add_forces(equations: Equations, t: float) -> None:
     clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
     add_elements(model.elements, functions_of(model), t, w.v, w.pose, w.vel, w.wrench)
     if len(model.loads):
-        add_applied(model, t, work.value, w, work.friction)
+        add_applied(model, t, work.value, w, work.reactive)
     if len(model.states):
         _set_state_rates(model, w, t)
 

@@ -31,11 +31,11 @@ from linkages.mechanics.planar.contacts import (
     add_contact,
     contact_motion,
 )
-from linkages.mechanics.planar.joint_friction import add_applied
 from linkages.mechanics.planar.kinematics import body_states, moved_states, moved_velocities
 from linkages.mechanics.planar.loads import state_rates
 from linkages.mechanics.planar.loop_dynamics import add_reactions_response, eliminate_rows
 from linkages.mechanics.planar.newton_euler import force_residual, moved_residual
+from linkages.mechanics.planar.reactive_loads import add_applied
 from linkages.mechanics.planar.singularities import solve_neighbour
 from linkages.mechanics.planar.traversal import MOVED, mark_moved
 from linkages.mechanics.planar.workspace import Workspace
@@ -160,7 +160,7 @@ def _fill_columns(equations: Equations, d: Workspace, t: float, first: int, coun
         fill_states(model, d, t, d.tau, first, first + count, out)
     add_elements(model.elements, functions_of(model), t, d.v, d.pose, d.vel, d.wrench)
     if len(model.loads):
-        add_applied(model, t, work.value, d, s.friction)
+        add_applied(model, t, work.value, d, s.reactive)
     add_reactions(model, d, work.dynamics.reaction)
     if count == out.shape[0]:
         force_residual(model.bodies, model.gravity, d)

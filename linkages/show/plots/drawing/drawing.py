@@ -75,7 +75,7 @@ def draw(asked: System) -> Drawing:
     mechanism, experiment = asked.mechanism, asked.experiment
     starts = {name: drive.start(experiment.values) for name, drive in experiment.drives.items()}  # [rad or m]
     try:
-        system = movable(mechanism, starts, experiment.meshes)
+        system = movable(mechanism, starts, experiment.couplings_alone)
         ways = [travel(system, name) for name in system.drives]
         tree, pose, problem = system.tree, _pose(system.tree, system.assembly.q), ""
     except AssemblyError as failure:
@@ -85,7 +85,6 @@ def draw(asked: System) -> Drawing:
     poses = np.concatenate([pose[None], *(way.pose[:, :, :3] for way in ways)])
     elements = elements_of(experiment.elements)
     fixed = [point for kind, _, keys in elements for point in kind.points(keys) if not isinstance(point, str)]
-    fixed += [touch.anchor for touch in experiment.contacts.values() if touch.anchor is not None]
     anchors = [np.array(anchor) for anchor in fixed]
     low, high = _box(tree, poses, anchors)
     parts = Parts(tree, low, high, poses)

@@ -1,10 +1,11 @@
-"""What is done with a machine, and why an element cannot take part in it."""
+"""Analyses, and the models of elements that some of them cannot treat."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import Any
 
 
 class Analysis(StrEnum):
@@ -21,18 +22,19 @@ class Analysis(StrEnum):
     EQUILIBRIUM = 'start = "equilibrium"'
 
 
-class Refusal(NamedTuple):
-    """Analyses that cannot treat the elements with some keys."""
+@dataclass(frozen=True)
+class Unsupported:
+    """A model of elements that some analyses cannot treat."""
 
-    key: str  # that is wrong
-    applies: Callable[[Any], bool]  # whether an element's keys are such
+    key: str  # that gives an element this model
+    has: Callable[[Any, bool], bool]  # of its keys, and whether a drive turns steadily
     problems: Mapping[Analysis, str]  # what is wrong, and the remedy
 
 
 #: Of elements with a ``sample_time``.
-SAMPLED = Refusal(
+SAMPLED = Unsupported(
     "sample_time",
-    lambda keys: keys.sample_time is not None,
+    lambda keys, turns: keys.sample_time is not None,
     {
         analysis: f"makes sampling instants, which {analysis} cannot follow; make it continuous"
         for analysis in (Analysis.DIAGRAM, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR)
