@@ -3,7 +3,6 @@
 | module         | responsibility                                                                          |
 |----------------|-----------------------------------------------------------------------------------------|
 | element        | the duties of a kind                                                                    |
-| analysis       | analyses, and why a kind cannot take part in one                                        |
 | machine        | the elements of a machine in arrays; one compiled loop for each kind                    |
 | load_function  | the part that forces and torques share: constant, table, formula, or signal of a file   |
 | force          | a force at a point of a link                                                            |

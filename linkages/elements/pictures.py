@@ -68,7 +68,7 @@ class Arrow:
 
 @dataclass(frozen=True)
 class Turning:
-    """An arrow around a joint or a link's centre of mass, in the sense of the largest value; with the element's name."""
+    """An arrow around a joint or a link's centre of mass, in the sense of the largest value; with its name."""
 
     joint: str | None
     link: str | None
