@@ -184,9 +184,21 @@ def _errors(assessment: Assessment, span: tuple[float, float], of: Mapping[str, 
 
     If the tighter run ends before a part that repeats an earlier one, the errors are those of the earlier one.
     """
-    tighter, repeating = assessment.tighter, assessment.repeating
-    if tighter is None:
+    if assessment.tighter is None:
         return {}
+    error = _changes(assessment, assessment.tighter, span, of)
+    if assessment.remeshed is None:
+        return error
+    of_cells = _changes(assessment, assessment.remeshed, span, of)
+    both = {key: (error[key], of_cells.get(key)) for key in error}
+    return {key: None if one is None or other is None else one + other for key, (one, other) in both.items()}
+
+
+def _changes(
+    assessment: Assessment, tighter: Trajectory, span: tuple[float, float], of: Mapping[str, Any]
+) -> dict[str, float | None]:
+    """Estimate the errors of the peaks of a part of the run that a finer run shows."""
+    repeating = assessment.repeating
     if tighter.status is not Status.OK:
         return dict.fromkeys(peaks_by_key(of))
     early = span if repeating is None else repeating.earlier(*span)
@@ -194,7 +206,9 @@ def _errors(assessment: Assessment, span: tuple[float, float], of: Mapping[str, 
     if early != span:
         of = numbers(assessment.system, run, assessment.meaningless)
     found = peaks_by_key(numbers(assessment.system, finer, assessment.meaningless))
-    return errors(run, finer, peaks_by_key(of), found, assessment.apart, assessment.noise)
+    return errors(
+        run, finer, peaks_by_key(of), found, assessment.apart, assessment.noise, bool(assessment.system.film_steps)
+    )
 
 
 def _part(run: Trajectory, span: tuple[float, float]) -> Trajectory:

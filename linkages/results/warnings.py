@@ -97,6 +97,7 @@ def refinements(system: System, run: Trajectory) -> tuple[str, ...]:
             found.append(f"shorten joints.{name}.history.step, or leave it out: the run then chooses the film step")
         else:
             found.append(f"reduce joints.{name}.history.accuracy")
+        found.append(f"increase joints.{name}.history.cells")
     if system_of(system, run.columns) is not system:
         found += [f"increase links.{name}.segments" for name in experiment.flexible]
     return tuple(found)
