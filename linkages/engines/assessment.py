@@ -11,7 +11,7 @@ from linkages.base.errors import AssemblyError, InputError, RunError, Status
 from linkages.engines import DEFAULT, check_engine
 from linkages.engines import engine as load_engine
 from linkages.engines.methods import expect_run
-from linkages.engines.repetition import tightened
+from linkages.engines.repetition import finer_cells, tightened
 from linkages.input.model.capabilities import Analysis
 from linkages.laws.heat import NEAR
 from linkages.results.assessment import SMOOTHINGS, Assessment
@@ -185,7 +185,7 @@ def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -
     """Add the run at a ten times tighter tolerance to an assessment whose run reached its end.
 
     Of a long run that repeats itself it covers the first part alone, see `Assessment.repeating`. With signals from data
-    files also the runs with half and double smoothing.
+    files also the runs with half and double smoothing, with films that have a history one with twice as many cells.
     """
     if assessment.run.status is not Status.OK:
         return assessment
@@ -200,7 +200,10 @@ def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -
     finer = tightened(system, assessment.run, _TIGHTER)
     finer = finer.replaced(part) if part else finer
     tighter = simulate(finer, engine, stage("error estimate"))
-    return replace(assessment, tighter=tighter, resmoothed=resmoothed)
+    remeshed = None
+    if cells := finer_cells(system):  # apart from the film step, whose error may have the other sign
+        remeshed = simulate(system.replaced(part | cells), engine, stage("error estimate of the cells"))
+    return replace(assessment, tighter=tighter, resmoothed=resmoothed, remeshed=remeshed)
 
 
 @validated

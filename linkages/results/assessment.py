@@ -68,6 +68,8 @@ class Assessment(Brief):
         Heat balances of the joints that have one, by name.
     resmoothed : dict of str to Trajectory
         Runs with half and double smoothing of signals from data files, by the names in `SMOOTHINGS`.
+    remeshed : Trajectory or None
+        The run repeated with twice as many cells in each direction of its films with history, if it has any.
     no_ideal : str
         Why there is no ideal motion, such as two drives that only a gear's backlash lets move; empty if there is one.
     """
@@ -79,6 +81,7 @@ class Assessment(Brief):
     tighter: Trajectory | None
     heat: dict[str, JointHeat] = field(default_factory=dict)
     resmoothed: dict[str, Trajectory] = field(default_factory=dict)
+    remeshed: Trajectory | None = None
     no_ideal: str = ""
 
     def _facts(self) -> tuple[str, dict[str, str]]:

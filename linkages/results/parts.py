@@ -79,9 +79,19 @@ class Part:
 
         If the tighter run ends before a part that repeats an earlier one, the errors are those of the earlier one.
         """
-        assessment, tighter = self.assessment, self.assessment.tighter
-        if tighter is None:
+        assessment = self.assessment
+        if assessment.tighter is None:
             return {}
+        error = self._changes(assessment.tighter, of)
+        if assessment.remeshed is None:
+            return error
+        of_cells = self._changes(assessment.remeshed, of)
+        both = {key: (error[key], of_cells.get(key)) for key in error}
+        return {key: None if one is None or other is None else one + other for key, (one, other) in both.items()}
+
+    def _changes(self, tighter: Trajectory, of: Mapping[str, float | None]) -> dict[str, float | None]:
+        """Estimate the errors of the run's peaks that a finer run shows."""
+        assessment = self.assessment
         if tighter.status is not Status.OK:
             return dict.fromkeys(of)
         early = self._early
@@ -89,7 +99,8 @@ class Part:
             of = numbers(assessment.system, early.run, assessment.meaningless).peaks
         finer = _within(tighter, early.start, early.end)
         found = numbers(assessment.system, finer, assessment.meaningless).peaks
-        return errors(early.run, finer, of, found, assessment.apart, assessment.noise)
+        jagged = bool(assessment.system.film_steps)
+        return errors(early.run, finer, of, found, assessment.apart, assessment.noise, jagged)
 
     @property
     def _early(self) -> Part:

@@ -11,6 +11,8 @@ both are wrong. Therefore other maxima of the same column are compared as well.
 | they part (chaos)          | the same before they part, but at least the largest difference of the two columns     |
 |                            | while they are apart. If this exceeds `FELT` of the peak there is no error: the peak  |
 |                            | is a lower bound, since a larger one may follow in an equally accurate run            |
+| a film has a history       | instead of other maxima, which are the steps of cells that fill: the root of the mean |
+|                            | square of the difference while the column exceeds half of its peak                    |
 | everywhere                 | at least `RESOLVED` times the largest peak of its quantity, and the rounding of the   |
 |                            | column (`noise`)                                                                      |
 """
@@ -48,20 +50,28 @@ Span = tuple[float, float]
 
 
 def errors(
-    run: Trajectory, tighter: Trajectory, peaks: Peaks, finer: Peaks, parted: Span | None, noise: Mapping[str, float]
+    run: Trajectory,
+    tighter: Trajectory,
+    peaks: Peaks,
+    finer: Peaks,
+    parted: Span | None,
+    noise: Mapping[str, float],
+    jagged: bool = False,
 ) -> dict[str, float | None]:
     """Estimate the errors of the peaks of a run or a part of it, by key, in the peak's unit; None: no estimate.
 
     `run` (with dense output) and `tighter` are over the same time; `peaks` and `finer` are their peaks, see
     `linkages.results.shape.peaks_by_key`; `parted` has the times of divergence and of convergence [s], see
-    `linkages.results.divergence.apart`; `noise` has the rounding of each column.
+    `linkages.results.divergence.apart`; `noise` has the rounding of each column. Columns are `jagged` where a film has
+    a history: its force jumps where a cell fills, and the jumps of two meshes have other places.
     """
     start, end = (float(tighter.time[k]) for k in (0, -1))
     if parted is None or parted[0] >= end or parted[1] <= start:
         parted = None
     names = {key: key.removesuffix(".peak") for key in peaks}
     given = {key: name for key, name in names.items() if peaks[key] is not None and finer.get(key) is not None}
-    changes = _changes(run, tighter, set(given.values()), end if parted is None else parted[0])
+    compared = _jagged_changes if jagged else _changes
+    changes = compared(run, tighter, set(given.values()), end if parted is None else parted[0])
     differences = {} if parted is None else _differences(run, tighter, parted)
     scales = largest_of_quantities(peaks)
     result: dict[str, float | None] = dict.fromkeys(peaks)
@@ -87,6 +97,23 @@ def largest_of_quantities(peaks: Peaks) -> dict[str, float]:
     for key, peak in peaks.items():
         largest[quantity(key)] = max(largest.get(quantity(key), 0.0), peak or 0.0)
     return largest
+
+
+def _jagged_changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float) -> dict[str, float]:
+    """Compute the rms difference of columns, up to a time [s], while they exceed a part of their peaks."""
+    steps = np.flatnonzero(tighter.time <= until)
+    steps = steps[:: 1 + len(steps) // _COMPARED]
+    result = dict.fromkeys(names, 0.0)
+    if not run.evaluate or len(steps) < 2:
+        return result
+    times = tighter.time[steps]
+    exact, weights = run.evaluate(times), np.gradient(times)
+    for name in names:
+        here, there = np.abs(exact[name]), np.abs(tighter[name][steps])
+        either = np.maximum(here, there)
+        high = either >= _HIGH * either.max()
+        result[name] = float(np.sqrt(np.average((here - there)[high] ** 2, weights=weights[high])))
+    return result
 
 
 def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float) -> dict[str, float]:

@@ -98,6 +98,7 @@ def refinements(system: System, segmented: bool) -> tuple[str, ...]:
             found.append(f"shorten joints.{name}.history.step, or leave it out: the run then chooses the film step")
         else:
             found.append(f"reduce joints.{name}.history.accuracy")
+        found.append(f"increase joints.{name}.history.cells")
     if segmented:
         found += [f"increase links.{name}.segments" for name in system.flexible]
     return tuple(found)

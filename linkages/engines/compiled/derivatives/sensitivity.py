@@ -166,7 +166,16 @@ class Differentiation:
     ) -> dict[str, Columns]:
         """Compute the derivatives of outputs at any times of the run, by path; with the states there if known."""
         table = OutputTable(self.runner.system, names, self._nearby, self._ideals)
-        return table.derivatives(times, states or self.runner.evaluate(self.steps, times), self.changes(times))
+        if states:
+            return table.derivatives(times, states, self.changes(times))
+        parts = [
+            table.derivatives(part, self.runner.evaluate(self.steps, part), self.changes(part))
+            for part in np.array_split(times, -(-len(times) // _AT_ONCE) or 1)  # changes of all states take memory
+        ]
+        return {
+            path: {name: np.concatenate([part[path][name] for part in parts]) for name in columns}
+            for path, columns in parts[0].items()
+        }
 
     def derivatives(
         self, times: Array, names: Sequence[str] | None = None, states: Sequence[Array] | None = None
@@ -179,6 +188,7 @@ class Differentiation:
 
 
 _BEYOND = 3
+_AT_ONCE = 2000  # most times of one evaluation
 _STATUS = {KNOWN: OK, SINGULAR: STUCK, GRAZED: GRAZING, _BEYOND: HORIZON}
 
 
