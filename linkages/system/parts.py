@@ -8,10 +8,10 @@ from typing import Any
 from linkages.input.model.experiment import DEFINING, LOADS, OTHERS, Experiment
 
 #: Keys of the elements, by table and name.
-Parts = Mapping[str, dict[str, Any]]
+NamedElements = Mapping[str, dict[str, Any]]
 
 
-def parts_of(experiment: Experiment) -> Parts:
+def parts_of(experiment: Experiment) -> NamedElements:
     """Return the named elements of an experiment, by table.
 
     Besides the tables of the file there are ``meshes``, the gears and couplings, of which ``closed`` have no backlash
