@@ -18,8 +18,7 @@
 | rigid_segments          | the same linkage with chains of rigid segments instead of flexible links     |
 | film_steps              | longest steps of films with history                                          |
 | beam_records            | substructures of flexible links -> records of the kernels                    |
-| rotors                  | inertias of links with the rotors of motors                                  |
-| rates                   | rates of the motion before a run: travel of drives, rate of a swing          |
+| drive_travel            | how far drives travel, before a run                                          |
 | memory                  | results that variants of a system share                                      |
 | law_records             | joint models -> records of the force laws                                    |
 | lightness               | links without mass or moment of inertia, which cannot move alone             |

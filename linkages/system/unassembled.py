@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
-from linkages.elements.machine import pack_elements
+from linkages.elements.machine import elements_of, pack_elements
 from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
@@ -24,9 +24,10 @@ from linkages.input.model.recorded_tables import FromFile
 from linkages.input.model.skeleton import colors_of
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
-from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, WORN
+from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
 from linkages.system.assembly import start_offsets
 from linkages.system.description import Description
+from linkages.system.drive_travel import drive_travel
 from linkages.system.facts import facts
 from linkages.system.film_steps import film_steps, with_film_step
 from linkages.system.flexible_link import flexible_link
@@ -36,12 +37,11 @@ from linkages.system.lightness import negligible_inertials
 from linkages.system.load_records import pack_loads, unilateral_ends, unilateral_models
 from linkages.system.memory import Memory
 from linkages.system.parts import NamedElements
-from linkages.system.rates import drive_travel, swing_rate
-from linkages.system.rotors import rotor_inertias
 from linkages.system.settings import Settings
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
 
+_UNKNOWN = 1.0  # rate for a linkage without motion and forces at the start [rad/s]
 _LEAST_FORCE = 0.03  # force of a film whose errors count, over the forces that the drives need for all masses
 
 
@@ -179,7 +179,14 @@ class Unassembled(Brief):
     @property
     def rotors(self) -> dict[str, float]:
         """Return the inertias of links with those of the motors that turn them, by path."""
-        return rotor_inertias(self.mechanism, self.experiment.motors.values())
+        found: dict[str, float] = {}
+        for motor in self.experiment.motors.values():
+            joint = self.mechanism.joint[motor.joint]
+            link = self.mechanism.link[joint.child if joint.parent == "world" else joint.parent]
+            path = f"links.{link.name}.inertia"
+            if motor.rotor_inertia:
+                found[path] = found.get(path, link.inertia) + motor.ratio**2 * motor.rotor_inertia
+        return found
 
     @cached_property
     def motions(self) -> Motions:
@@ -197,7 +204,7 @@ class Unassembled(Brief):
 
     @cached_property
     def drive_travel(self) -> float:
-        """Return the fastest drive's travel at its largest rate [rad or m], see `linkages.system.rates`."""
+        """Return the fastest drive's travel at its largest rate [rad or m], see `linkages.system.drive_travel`."""
         return drive_travel(self.motions, self.settings.duration)
 
     @property
@@ -206,8 +213,29 @@ class Unassembled(Brief):
         return sum(link.mass for link in self.mechanism.links)
 
     def swing_rate(self, rates: Array) -> float:
-        """Estimate the rate of the motion of a linkage without prescribed motions, see `linkages.system.rates`."""
-        return swing_rate(self.tree, self.mass, self.experiment, self.gravity, rates)
+        """Estimate the rate of the motion of a linkage without prescribed motions, before the run [rad/s].
+
+        It is the largest of the rates (n,) at the start [rad/s, m/s] or, if larger, the rate of a swing under the
+        present forces: the square root of force over mass and length, for the weight, springs, constant loads and
+        drives by torque or force. It does not depend on the duration, because the result of a run must not.
+        """
+        extent, experiment = self.tree.extent, self.experiment
+        mass = sum(link.mass for link in self.mechanism.links)
+        sliding = self.tree.bodies.records["type"] != REVOLUTE
+        moved = self.tree.bodies.records["dof"][sliding]
+        scale = np.ones(self.tree.size)
+        scale[moved[moved >= 0]] = 1.0 / extent
+        start = np.abs(rates * scale)[self.tree.joint_dofs]
+        forces = [mass * float(np.linalg.norm(self.gravity))]
+        parts = elements_of(experiment.elements)
+        forces += [kind.force(keys, self.mechanism.slides, extent) for kind, _, keys in parts]
+        forces += [_magnitude(force.force) for force in experiment.forces.values()]
+        forces += [_magnitude(torque.torque) / extent for torque in experiment.torques.values()]
+        for drive in experiment.drives.values():
+            forces += [_magnitude(drive.torque) / extent, _magnitude(drive.torques) / extent]
+            forces += [_magnitude(drive.force), _magnitude(drive.forces)]
+        swing = float(np.sqrt(max(forces) / (mass * extent))) if mass > 0.0 else 0.0
+        return max(float(start.max(initial=0.0)), swing) or _UNKNOWN
 
     @cached_property
     def torques(self) -> Motions:
@@ -333,3 +361,8 @@ def _motions(drives: tuple[Drive, ...], values: Mapping[str, float]) -> Motions:
 
 def _torques(drives: tuple[Drive, ...]) -> Motions:
     return Motions([drive.torque_history() for drive in drives])
+
+
+def _magnitude(values: Any) -> float:
+    """Return the largest magnitude of a number or list; zero for None."""
+    return 0.0 if values is None else float(np.abs(values).max())
