@@ -207,7 +207,7 @@ def noise(system: System, names: Iterable[str]) -> dict[str, float]:
     """
     length, rate = system.tree.extent, system.motion_rate
     acceleration = length * rate**2 + float(np.linalg.norm(system.gravity))
-    force = sum(link.mass for link in system.links.values()) * acceleration
+    force = system.mass * acceleration
     scales = {
         "1": 1.0, "m": length, "rad": 1.0, "m/s": length * rate, "rad/s": rate,
         "m/s2": acceleration, "rad/s2": acceleration / length,

@@ -16,6 +16,10 @@
 | deflection              | quasi-static shape of flexible links at t = 0                                |
 | linear_systems          | systems of linear models: held in a pose, or with changed inputs             |
 | rigid_segments          | the same linkage with chains of rigid segments instead of flexible links     |
+| film_steps              | longest steps of films with history                                          |
+| beam_records            | substructures of flexible links -> records of the kernels                    |
+| drive_travel            | how far drives travel, before a run                                          |
+| memory                  | results that variants of a system share                                      |
 | law_records             | joint models -> records of the force laws                                    |
 | lightness               | links without mass or moment of inertia, which cannot move alone             |
 | load_records            | applied loads, barriers, points at lines -> records of the kernels           |

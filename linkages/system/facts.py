@@ -35,8 +35,6 @@ def facts(mechanism: Mechanism, experiment: Experiment) -> dict[str, Any]:
         "flexible": experiment.flexible,
         "can_touch": experiment.can_touch,
         "values": experiment.values,
-        "quantities": experiment.quantities,
-        "own_states": experiment.own_states,
         "unread_states": experiment.unread_states,
         "recorded": experiment.from_files,
     }

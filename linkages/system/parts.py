@@ -8,10 +8,10 @@ from typing import Any
 from linkages.input.model.experiment import Experiment
 
 #: Keys of the parts, by table and name.
-Parts = Mapping[str, Mapping[str, Any]]
+NamedElements = Mapping[str, Mapping[str, Any]]
 
 
-def parts_of(experiment: Experiment) -> Parts:
+def parts_of(experiment: Experiment) -> NamedElements:
     """Return the named parts of an experiment, by table."""
-    parts: Parts = {"links": experiment.links, "drives": experiment.drives}
+    parts: NamedElements = {"links": experiment.links, "drives": experiment.drives}
     return {**parts, **experiment.elements}

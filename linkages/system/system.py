@@ -21,8 +21,8 @@ from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inert
 from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
-from linkages.mechanics.planar.record_types import BEAM, STATION, STATION_MODE
 from linkages.system.assembly import Assembly, assemble, balanced, independent, locking_couplings
+from linkages.system.beam_records import beam_records
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.feedforward import with_feedforward
@@ -240,7 +240,7 @@ class System(Unassembled):
             return twin.arrays._replace(**own)
         moved = tree.driven_dofs, tree.powered_dofs
         dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
-        applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
+        applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *beam_records(tree), self.gravity
         # calls by address assume contiguous arrays without a check
         rest = map(np.ascontiguousarray, (self.ends, tree.joint_records(), *joints, *dofs, *applied))
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
@@ -260,23 +260,6 @@ class System(Unassembled):
         rank = independent(self.tree, rows, self.assembly.q, free)
         elimination = elimination_of(self.tree.bodies, rows, rank, free)
         return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), elimination
-
-    @property
-    def _beams(self) -> tuple[Records, Records, Records]:
-        """Substructures of flexible links, their stations, and the modes at these."""
-        nm = self.tree.bodies.shapes.shape[2]
-        records, stations, modes = [], [np.zeros(0, STATION)], [np.zeros((0, nm), STATION_MODE)]
-        for link, substructures in self.tree.flexible.items():
-            ends = self.tree.beam_ends(link)
-            for part in substructures:
-                beam, (own, of_modes), first = part.beam, part.stations(nm), sum(map(len, stations))
-                leverage = 0.5 * beam.height / beam.second_moment
-                start = self.tree.sections[part.name, part.nearest(part.ends[0])]
-                whole = self.tree.index[part.name], first, len(own), beam.area, leverage, part.first
-                records.append((*whole, start, *ends))
-                stations.append(own)
-                modes.append(of_modes)
-        return np.array(records, BEAM), np.concatenate(stations), np.concatenate(modes)
 
     @cached_property
     def ideal_arrays(self) -> Arrays:
