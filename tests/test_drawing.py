@@ -62,6 +62,13 @@ def test_links_have_the_colours_of_their_file():
     assert bars == {"#" + "".join(f"{round(255 * float(part)):02x}" for part in rgb.split()) for rgb in parts}
 
 
+def test_the_wheels_of_gears_lie_within_the_drawing():
+    """The wheels have pitch radii of 30 and 60 mm on shafts 90 mm apart."""
+    drawing = draw(load(find_file("gear_rattle.toml")))
+    assert np.all(drawing.low < [-0.03, -0.06])
+    assert np.all(drawing.high > [0.15, 0.06])
+
+
 def test_a_pale_link_is_darkened_for_its_name(mechanism_of):
     paint = "<visual name='v'><geometry><sphere><radius>1</radius></sphere></geometry><material><diffuse>{}</diffuse>"
     text = four_bar().replace("</link>", f"{paint.format('1 1 1 1')}</material></visual></link>", 1)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
 from linkages.cli import commands
+from linkages.cli.printing import show
 from linkages.input.files.unit_conversion import decimal_comma, is_quantity, read, si, si_unit
 from linkages.input.files.writing import OutputFolder, write_json
 from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
@@ -268,7 +269,7 @@ def record(options: argparse.Namespace, folder: Path, title: str, question: str,
 def print_results(options: argparse.Namespace, table: str, out: OutputFolder) -> None:
     """Print the table of a command and the names of its files, unless it is quiet."""
     if not getattr(options, "quiet", False):
-        print(f"{table}\n\n{written(out.path, out.names)}")
+        show(f"{table}\n\n{written(out.path, out.names)}")
 
 
 # -- folders of results: each has the files of one command and one run -------------------------------------------------

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +17,7 @@ from linkages.cli.options import (
     output_folder,
     written,
 )
+from linkages.cli.printing import show
 from linkages.cli.progress import silence, stages
 from linkages.engines import DEFAULT, ENGINES, check_engine, engine
 from linkages.input.files.writing import write_json
@@ -67,8 +67,8 @@ EXAMPLES = """examples:
 
 #: The first line of a run.
 _ENGINE = {
-    "compiled": "engine: compiled; --engine drake runs the same model on Drake, ten to a thousand times slower",
-    "drake": "engine: drake; --engine compiled integrates the same model ten to a thousand times faster",
+    "compiled": "engine: compiled; --engine drake runs the same model on Drake, slowly",
+    "drake": "engine: drake; --engine compiled integrates the same model fast",
 }
 
 
@@ -103,7 +103,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.results.summary import judge, unjudged
     from linkages.show.plots.animation.animated import check_animation
     from linkages.show.report.answer import answer
-    from linkages.show.report.terminal import format_judgement, format_table
+    from linkages.show.report.terminal import format_heading, format_judgement, format_table
 
     if options.exaggerate is not None and not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
@@ -113,19 +113,22 @@ def run(options: argparse.Namespace) -> int:
     system = load_system(options)
     out = output_folder(options, system.description.stem, "simulate")
     progress = stages(options, system.settings.duration, "s")
-    say = (lambda text: None) if options.quiet else partial(print, flush=True)
+    say = (lambda text, bold=False: None) if options.quiet else show
     for doubt in doubts(system.mechanism, system.tree.extent, system.experiment):
         say(f"warning: {doubt}")
     say(f"{_ENGINE[options.engine]}\n")
     result = assess(system, options.engine, False, progress)
     silence.stage = "results"
     summary = unjudged(result)
+    say(format_heading(summary.content), bold=True)
+    told = answer(summary.content | {"warnings": []}, str(options.file))
+    say("\n".join(f"  {line}" for line in told[:-1]), bold=True)
     say(format_table(summary.content))
     with out as folder:
         if not options.no_error_estimate:
             result = estimate_error(result, progress)
         summary = judge(result, summary)
-        for line in [*format_judgement(summary.content), "", *answer(summary.content, str(options.file))]:
+        for line in [*format_judgement(summary.content), "", told[-1]]:
             say(line)
         if options.verbose:
             say(f"\n{_details(result, summary)}")

@@ -14,6 +14,7 @@ COMMANDS = {
     "sweep": "slider_crank_dry.toml --vary joints.B.clearance=1e-4:2e-4:2 --revolutions 1 --transient 0",
     "linearise": "hanging.toml --equilibrium",
     "bearing": f"{BEARING} --no-plots",
+    "draw": "hanging.toml",
     "modes": "slider_crank_flexible.toml --count 2",
     "wear": "slider_crank_wear.toml --cycles 2 --no-animation",
 }

@@ -114,7 +114,7 @@ def _effect(shown: dict[str, Any], warned: Sequence[dict[str, Any]]) -> str:
         said.append(f"the peak of {name} is {_changed(known[name])}")
     every = {name: joint["force"]["peak"] for name, joint in shown["joints"].items()}
     forces, unknown = {name: peak for name, peak in every.items() if peak is not None}, words.unknown(every)
-    if forces:
+    if any(forces.values()):
         name = max(forces, key=forces.__getitem__)
         exact = ideal["joints"][name]["force"]["peak"] if said else None
         beside = f", {_changed(forces[name] / exact)}" if exact else ""

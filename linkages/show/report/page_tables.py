@@ -102,10 +102,10 @@ def _joints(results: Results) -> PageTable:
 def _drives(results: Results) -> PageTable | None:
     """Tabulate the drives that act; None without any."""
     rows, shown = [], words.reported(results.summary)
-    for label, key, value, exact in words.effort_rows(shown, "drives"):
+    for label, key, value, exact, si in words.effort_rows(shown, "drives"):
         judged = (words.change(value["peak"], exact["peak"]), error(results, key))
         peaks, work = (map(number, (exact[one], value[one])) for one in ("peak", "work"))
-        rows.append((label, *peaks, *judged, *work, *_whole(results, key)))
+        rows.append((f"{label} [{shown_unit(si)}]", *peaks, *judged, *work, *_whole(results, key)))
     head = (
         "drive",
         "ideal peak",

@@ -86,10 +86,19 @@ def draw(asked: System) -> Drawing:
     elements = elements_of(experiment.elements)
     fixed = [point for kind, _, keys in elements for point in kind.points(keys) if not isinstance(point, str)]
     anchors = [np.array(anchor) for anchor in fixed]
-    low, high = _box(tree, poses, anchors)
-    parts = Parts(tree, low, high, poses)
-    done = Done(parts, asked)
-    shapes = tuple(_shapes(parts, done, experiment, ways, low, high))
+
+    def drawn(low: Array, high: Array) -> tuple[Done, tuple[Shape, ...]]:
+        """Draw everything in a picture with these corners."""
+        done = Done(Parts(tree, low, high, poses), asked)
+        return done, tuple(_shapes(done.parts, done, experiment, ways, low, high))
+
+    reached = _reached(tree, poses, anchors)
+    low, high = _box(tree, reached)
+    done, shapes = drawn(low, high)
+    wheels = [placed(one.at, pose) for one in shapes if one.role == "gear" for pose in poses]
+    if wheels:  # their radii follow from the shapes
+        low, high = _box(tree, np.concatenate([reached, *wheels]))
+        done, shapes = drawn(low, high)
     title = experiment.title or mechanism.name
     sliders = tuple(_slider(system, way, done.senses.get(way.drive, 1.0)) for way in ways if system)
     return Drawing(
@@ -108,13 +117,17 @@ def _reference(tree: Tree) -> Array:
     return np.column_stack([tree.drawn, _pose(tree, np.zeros(tree.size))[:, 2]])
 
 
-def _box(tree: Tree, poses: Array, anchors: Sequence[Array]) -> tuple[Array, Array]:
-    """Find the corners of the picture: around all joints, frames and fixed points in all poses."""
+def _reached(tree: Tree, poses: Array, anchors: Sequence[Array]) -> Array:
+    """Return the places (n, 2) of all joints, frames and fixed points in all poses."""
     ends = [end for j in tree.joints.values() for end in ((j.parent, j.on_parent), (j.child, j.on_child))]
     ends += [(point.link, point.origin) for point in tree.frames]
     ends += [(link.name, link.com) for link in tree.links.values()] + [("world", anchor) for anchor in anchors]
     at = np.array([(*tree.marker(*end), 0.0, 0.0) for end in ends])
-    reached = np.concatenate([placed(at, pose) for pose in poses])
+    return np.concatenate([placed(at, pose) for pose in poses])
+
+
+def _box(tree: Tree, reached: Array) -> tuple[Array, Array]:
+    """Find the corners of the picture around places (n, 2)."""
     low, high = reached.min(axis=0), reached.max(axis=0)
     span = high - low
     width = max(span[0] / (1.0 - 0.02 * _MARGIN), 1e-3 * tree.extent, 0.8 * span[1])
