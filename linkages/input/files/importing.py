@@ -18,6 +18,7 @@ from linkages.input.files.elements import numbers
 from linkages.input.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
 from linkages.input.files.joint_places import placed, take_joint_frames
 from linkages.input.files.magnitudes import ALIGNED, SMALLEST, decimal_or_nan
+from linkages.input.files.mjcf import sdf_of_mjcf
 from linkages.input.files.models import flattened, is_static, update
 from linkages.input.files.raw_model import Pose, RawJoint, RawModel
 from linkages.input.files.reading import read_whole
@@ -90,7 +91,8 @@ def _imported(path: Path, model: ET.Element, joints_at_parent: bool) -> Imported
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
     two_places = take_joint_frames(model)
     foreign = take_foreign(path, model)
-    notes = _leave_out(model, {name for name, ends in limits.items() if min(np.abs(ends)) < _FAR})
+    notes = list(filter(None, model.attrib.pop("told", "").splitlines()))
+    notes += _leave_out(model, {name for name, ends in limits.items() if min(np.abs(ends)) < _FAR})
     raw = read_model(path, model)
     if model.get("notation") != "URDF":  # loops of URDF, written as frames, stay as they are
         raw = placed(raw, two_places, joints_at_parent, notes)
@@ -149,6 +151,8 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
     root = parse_xml(path, read_whole(path))
     if root.tag == "robot":
         return sdf_of(path, _chosen(path, [root], name, []))
+    if root.tag == "mujoco":
+        return sdf_of_mjcf(path, root)
     update(path, root)
     world = root.find("world")
     world = ET.Element("world") if world is None else world
