@@ -173,6 +173,6 @@ REFUSED = {
     "joints in space": (
         '<mujoco><worldbody><body name="a"><joint name="A" axis="0 1 0"/><geom size="0.1"/><body name="b" pos="1 0 0">'
         '<joint name="B" axis="1 0 0"/><geom size="0.1"/></body></body></worldbody></mujoco>',
-        "",
+        'not planar: its axis is not parallel to the axis of "A" by 1.57 rad (90 degrees)',
     ),
 }

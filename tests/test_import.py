@@ -392,8 +392,8 @@ def test_of_a_world_its_one_model_is_taken(imported, mechanism_of):
 
 REFUSED = {
     "two models in a world": ('<sdf><world><model name="a"/><model name="b"/></world></sdf>', "has 2 <model> elements"),
-    "xacro": (urdf_four_bar('<xacro:macro name="leg"/>'), "is xacro"),
-    "xacro in a value": (urdf_four_bar(LOOP).replace('"0.25 0 0"', '"${a} 0 0"'), "is xacro"),
+    "xacro": (urdf_four_bar('<xacro:macro name="leg"/>'), "cannot be expanded by xacro ("),
+    "xacro in a value": (urdf_four_bar(LOOP).replace('"0.25 0 0"', '"${a} 0 0"'), "cannot be expanded by xacro (name 'a' is not defined"),
     "mimic": (urdf_four_bar("").replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><mimic joint="O"/>', 1), "<mimic>"),
     "ball": (urdf_four_bar(LOOP).replace('"continuous"', '"floating"', 1), 'type "floating" is not supported'),
     "not planar": (urdf_four_bar(LOOP).replace('"0 0 1"', '"0 1 1"', 1), "not parallel to the axis of"),
@@ -412,7 +412,7 @@ REFUSED = {
         "at most 1e+50",
     ),
     "nothing moves": (model("m", bar("a", 0.1, "__model__")), "no moving link"),
-    "neither": ("<mujoco/>", "is not SDFormat"),
+    "neither": ("<Robot/>", "is a robot of OpenRAVE; SDFormat (<sdf>), URDF and xacro (<robot>) and MJCF (<mujoco>) are"),
     "neither true nor false": (sdf_arm('degrees="yes" ', "end"), '<pose> degrees: is "yes"; write true or false'),
     "static": (model("m", "<static>True</static>" + bar("a", 0.1, "__model__")), "a static model cannot move"),
     "two masses": (GOOD.replace("<mass>", "<mass>1</mass><mass>", 1), "<inertial>: has 2 <mass> elements; keep one"),

@@ -16,6 +16,7 @@ from linkages.base.errors import InputError, listed, nearest
 from linkages.input.files.constraints import joined
 from linkages.input.files.elements import numbers
 from linkages.input.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
+from linkages.input.files.formats import check_root, check_suffix
 from linkages.input.files.joint_places import placed, take_joint_frames
 from linkages.input.files.magnitudes import ALIGNED, SMALLEST, decimal_or_nan
 from linkages.input.files.mjcf import sdf_of_mjcf
@@ -25,6 +26,7 @@ from linkages.input.files.reading import read_whole
 from linkages.input.files.rigid import complete_inertials, correct_rounded, fixed_into, without_massless
 from linkages.input.files.sdf import read_model
 from linkages.input.files.urdf import sdf_of
+from linkages.input.files.xacro_text import expanded, is_xacro
 from linkages.input.files.xml import DEEPEST, label, parse_xml
 
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid")
@@ -148,11 +150,14 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
                 model.append(own)
         return model
 
+    check_suffix(path)
     root = parse_xml(path, read_whole(path))
     if root.tag == "robot":
+        root = expanded(path) if is_xacro(root) else root
         return sdf_of(path, _chosen(path, [root], name, []))
     if root.tag == "mujoco":
         return sdf_of_mjcf(path, root)
+    check_root(path, root)
     update(path, root)
     world = root.find("world")
     world = ET.Element("world") if world is None else world
