@@ -33,6 +33,7 @@ It may import errors and `flexible`.
 | xacro_text         | expansion of xacro                                                  |
 | formats            | formats that are not read, by name                                  |
 | joint_places       | joints at their own poses, or at frames named as their parents      |
+| pairs              | universal and ball joints, written as hinges at one place           |
 | foreign            | elements of other programs: converted, marked or rejected           |
 | constraints        | welds, ball joints and springs between links                        |
 | writing            | atomic writing of files and folders, locks                          |

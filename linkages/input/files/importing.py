@@ -21,6 +21,7 @@ from linkages.input.files.joint_places import placed, take_joint_frames
 from linkages.input.files.magnitudes import ALIGNED, SMALLEST, decimal_or_nan
 from linkages.input.files.mjcf import sdf_of_mjcf
 from linkages.input.files.models import flattened, is_static, update
+from linkages.input.files.pairs import in_plane
 from linkages.input.files.raw_model import Pose, RawJoint, RawModel
 from linkages.input.files.reading import read_whole
 from linkages.input.files.rigid import complete_inertials, correct_rounded, fixed_into, without_massless
@@ -108,6 +109,7 @@ def _imported(path: Path, model: ET.Element, joints_at_parent: bool) -> Imported
         taken = "values that <inertial> lacks are 1 kg and 1 kg m2 about each axis, as SDFormat defines; is that meant?"
         notes.append(f"link{'s' * (len(free) > 1)} {', '.join(free)}: {taken}")
     raw, gravity = _gravity(model, raw, foreign, standing)
+    raw = in_plane(raw, notes)
     raw = _aligned(_rigid(path, raw, notes), notes)
     raw = _coaxial(raw, foreign, notes)
     raw = without_massless(path, raw)
