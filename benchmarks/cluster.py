@@ -1,8 +1,8 @@
-"""Measure studies of tolerances on two worker processes: ``python benchmarks/cluster.py [--press N] [--dry N] [--rounds K]``.
+"""Measure studies of tolerances on two workers: ``python benchmarks/cluster.py [--press N] [--dry N] [--rounds K]``.
 
-A scheduler and two workers of one thread each run on this machine. Each round runs the same machines on one local thread
-and then on the workers. Parallelism is the time of all runs on the workers over the time of the study; it counts where
-the machine has other work too, the ratio of the two times does not. Results must be equal to the last bit.
+A scheduler and two workers of one thread each run on this machine. Each round runs the same machines on one local
+thread and then on the workers. Parallelism is the time of all runs on the workers over the time of the study; it counts
+where the machine has other work too, the ratio of the two times does not. Results must be equal to the last bit.
 """
 
 from __future__ import annotations

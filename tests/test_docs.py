@@ -18,7 +18,7 @@ from linkages import laws
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", ROOT / "sdf" / "README.md", *sorted(DOCS.glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "SKILL.md", ROOT / "sdf" / "README.md", *sorted(DOCS.glob("*.md"))]
 #: What scripts, notebooks and pages import from.
 PUBLIC = (
     "linkages",

@@ -16,6 +16,7 @@ _REMEDIES = {
     "pandas": 'pandas: pip install "linkages[export]"',
     "pyarrow": 'pyarrow: pip install "linkages[export]"',
     "pydrake": "Drake, which is not installed: pip install drake (there is no Drake for Windows)",
+    "xacro": 'the package of that name: pip install "linkages[import]"; or run `xacro FILE > NAME.urdf` elsewhere',
     "xarray": 'xarray: pip install "linkages[export]"',
 }
 

@@ -1,4 +1,4 @@
-"""``linkages import``: import of SDFormat or URDF of other programs."""
+"""``linkages import``: import of SDFormat, URDF, xacro and MJCF of other programs."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ if TYPE_CHECKING:
     from linkages.input.files.foreign import Entry
     from linkages.input.model.mechanism import Mechanism
 
-HELP = "convert SDFormat or URDF of another program to a mechanism (.sdf)"
+HELP = "convert SDFormat, URDF, xacro or MJCF of another program to a mechanism (.sdf)"
 
 EXAMPLES = """examples:
   linkages import robot.urdf --out robot.sdf
+  linkages import cart_pole.xml --out cart_pole.sdf
   linkages import gripper/model.sdf --out gripper.sdf
   linkages import world.sdf --model arm --out arm.sdf
   linkages import four_bar.sdf --joints-at-parent --out four_bar_closed.sdf
@@ -24,7 +25,7 @@ EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="SDFormat or URDF; xacro must be expanded first")
+    parser.add_argument("file", type=Path, metavar="FILE", help="SDFormat, URDF, xacro or MJCF")
     parser.add_argument("--model", default="", metavar="NAME", help="model of a world that has several")
     parser.add_argument(
         "--joints-at-parent",

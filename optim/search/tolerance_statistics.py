@@ -15,6 +15,7 @@ from optim.problem.scatter import Scatter
 
 _GROUPS = 10  # of the jackknife
 _ROUNDING = 1e-12  # relative differences of values that count as none
+_BLOCK = 2**16  # machines whose densities are computed at once
 _EACH = 4  # machines for each coefficient of the regression, at least
 #: Probabilities of the quantiles in a report: median, 90 % and the 6 deviations of a normal quantity.
 LEVELS = (0.00135, 0.05, 0.5, 0.95, 0.99865)
@@ -154,11 +155,11 @@ def yield_of(
     error is smaller than that of the next machine. None if no machine counts, or one has no density: a measured value
     that occurs twice.
     """
-    now = scatter.log_density(designs)
+    now = _log_densities(scatter, designs)
     if np.isposinf(now).any():
         return None, None
     with np.errstate(invalid="ignore"):
-        weights = np.exp(other.log_density(designs) - now)
+        weights = np.exp(_log_densities(other, designs) - now)
     weights[~np.isfinite(weights)] = 0.0
     if not (total := float(weights.sum())) > 0.0:
         return None, None
@@ -166,6 +167,12 @@ def yield_of(
     share = float(weights @ good)
     error = math.sqrt(float(np.sum((weights * (good - share)) ** 2)))
     return share, max(error, 1.0 / (1.0 / float(weights @ weights) + 2.0))
+
+
+def _log_densities(scatter: Scatter, designs: Array) -> Array:
+    """Return the logarithms of the densities of machines (m, n), in blocks: a million needs little memory."""
+    starts = range(0, max(len(designs), 1), _BLOCK)
+    return np.concatenate([scatter.log_density(designs[first : first + _BLOCK]) for first in starts])
 
 
 class FirstOrder(NamedTuple):

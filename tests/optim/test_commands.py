@@ -253,7 +253,7 @@ def test_studies_and_seeds_in_one_job(file, tmp_path, capsys):
 )
 def test_refused(file, tmp_path, capsys, monkeypatch, arguments, message):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("linkages.engines.cluster._ANSWER", 1.0)
+    monkeypatch.setattr("linkages.engines.cluster.WAIT", 1.0)
     monkeypatch.chdir(tmp_path)
     assert command("optimise", file.name, *arguments) == 2
     err = capsys.readouterr().err
