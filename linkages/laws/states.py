@@ -4,6 +4,7 @@
 |------------|------------------------------------------------------|----------------------------------|
 | latched    | takes its value when bodies come into contact        | speed of approach                |
 | continuous | at a rate that the law returns                       | bristles; a spring with a damper |
+| cells      | from step to step of a run, by a law of their own    | content of a film that remembers |
 
 The latched speed of approach belongs to every contact. A contact or friction law declares its continuous states as
 `State` objects next to its function, which takes their values before the record of the joint, and returns their rates
