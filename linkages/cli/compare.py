@@ -83,6 +83,7 @@ def format_comparison(result: Comparison, system: System) -> str:
     """Format a comparison as lines of text."""
     from linkages.explore.compare import revolutions
     from linkages.results.divergence import PARTED
+    from linkages.results.impacts import COMPARED, QUANTITIES
     from linkages.results.outputs.registry import unit
     from linkages.show.report.terminal import format_warnings
 
@@ -123,11 +124,11 @@ def format_comparison(result: Comparison, system: System) -> str:
         lines += [
             "",
             "first contacts of each joint before the horizon: the compiled engine's, and Drake's differences from them",
-            f"{'':12s}{'start [s]':>24s}{'approach [m/s]':>22s}{'sliding [m/s]':>22s}{'peak force [N]':>22s}",
+            f"{'':12s}{'start [s]':>24s}" + "".join(f"{QUANTITIES[field].head:>22s}" for field in COMPARED),
         ]
     for ours, other in result.contacts:
         line = f"{ours.joint:12s}{ours.start:15.9g}{other.start - ours.start:9.0e}"
-        for field in ("approach_speed", "tangential_speed", "peak_force"):
+        for field in COMPARED:
             value = getattr(ours, field)
             line += f"{value:13.6g}{getattr(other, field) - value:9.0e}"
         lines.append(line)

@@ -22,7 +22,7 @@ class ContactTable(LawTable):
 
     law: ContactName = Field(description="normal contact law")
     restitution: Annotated[float, Field(gt=0, le=1)] | None = Field(
-        None, description="nominal coefficient of restitution; every built-in law needs it [1]"
+        None, description="nominal coefficient of restitution; every built-in law but maxwell needs it [1]"
     )
     youngs_modulus: Positive | None = Field(None, description="Young's modulus of both bodies [Pa]")
     poissons_ratio: Annotated[float, Field(ge=0, lt=0.5)] = Field(0.3, description="Poisson's ratio of both [1]")

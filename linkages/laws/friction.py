@@ -146,7 +146,7 @@ MOST_KINKS = 4
 class FrictionLaw(NamedTuple):
     """A friction law: coefficient, formula, validity, source."""
 
-    coefficient: Callable[..., float] | None  # none: frictionless
+    coefficient: Callable[..., float | tuple[float, ...]] | None  # with states also their rates; none: frictionless
     formula: str
     valid: str
     source: str

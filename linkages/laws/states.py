@@ -4,6 +4,7 @@
 |------------|------------------------------------------------------|----------------------------------|
 | latched    | takes its value when bodies come into contact        | speed of approach                |
 | continuous | at a rate that the law returns                       | bristles; a spring with a damper |
+| cells      | from step to step of a run, by a law of their own    | content of a film that remembers |
 
 The latched speed of approach belongs to every contact. A contact or friction law declares its continuous states as
 `State` objects next to its function, which takes their values before the record of the joint, and returns their rates
@@ -26,11 +27,13 @@ from linkages.base.kernel import Array, caller, inlined_kernel
 
 #: Most continuous states of one contact.
 STATES = 3
-#: Number of latched states of a contact: its speed of approach [m/s].
-LATCHED = 1
+#: Names of the latched states of a contact: its speed of approach [m/s].
+LATCHED_NAMES = ("approach",)
+#: Number of these.
+LATCHED = len(LATCHED_NAMES)
 #: What a contact remembers: latched states, then continuous ones.
 Remembered = tuple[float, float, float, float]
-#: Number of these, and place of the first continuous one.
+#: Number of all, and place of the first continuous one.
 REMEMBERED, FIRST_STATE = LATCHED + STATES, LATCHED
 #: Rates of a contact without states.
 NO_RATES = (0.0, 0.0, 0.0)
@@ -56,8 +59,8 @@ class State(NamedTuple):
     unit : str
         SI unit; "1" for a pure number.
     scale : float or callable
-        Usual magnitude, of which the error control permits a part; a number, or a function of the values in the table
-        of the law (a mapping).
+        Magnitude, of which the error control permits a part: a number, or a function of the values in the table of the
+        law (a mapping). A small one costs steps; the lengths of a machine count as some of its clearances.
     meaning : str
         One phrase for lists.
     start : float
@@ -66,7 +69,7 @@ class State(NamedTuple):
     Examples
     --------
     >>> from linkages.laws import State
-    >>> State("creep", "m", 1e-6, "length of the damper").start
+    >>> State("creep", "m", 1e-4, "length of the damper").start
     0.0
     """
 

@@ -59,7 +59,7 @@ class Registered(NamedTuple):
 
 def register_contact(
     name: str,
-    force: Callable[..., float] | None = None,
+    force: Callable[..., float | tuple[float, ...]] | None = None,
     *,
     factor: Callable[[float], float] | None = None,
     parameters: Sequence[Parameter] | None = None,
@@ -107,8 +107,8 @@ def register_contact(
     >>> "small-loss" in laws.CONTACTS
     True
     """
-    own = {"force": force, "factor": factor, "conformal": conformal, "parameters": parameters, "needs": needs}
-    own["states"] = states
+    own: dict[str, Any] = {"force": force, "factor": factor, "conformal": conformal, "states": states}
+    own |= {"parameters": parameters, "needs": needs}
     _register("contact", name, **own, formula=formula, valid=valid, source=source)
 
 
@@ -152,7 +152,7 @@ def register_film(
 
 def register_friction(
     name: str,
-    coefficient: Callable[..., float],
+    coefficient: Callable[..., float | tuple[float, ...]],
     *,
     parameters: Sequence[Parameter] | None = None,
     needs: Sequence[str] | None = None,

@@ -17,7 +17,6 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.elements.machine import add_elements
-from linkages.laws.states import NEW
 from linkages.mechanics.planar.contacts import ContactMotion, contact_action, contact_motion
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
 from linkages.mechanics.planar.kinematics import body_states
@@ -114,7 +113,8 @@ class _LooseJoint:
         for k, arm, (place, rest) in zip(self.contacts, self.arms, self.motions, strict=True):
             e = place + self._shift(offset, arm)
             motion = cast(ContactMotion, (float(e[0]), float(e[1]), *(float(x) for x in rest)))
-            found = contact_action(system.ends[k], system.laws[k], system.tables[k], NEW, motion)
+            remembered = system.law_states.remembered(k)
+            found = contact_action(system.ends[k], system.laws[k], system.tables[k], remembered, motion)
             total += found[0], found[1], arm[0] * found[1] - arm[1] * found[0]
         return np.array([total[:2] @ self.across, total[2]]) if self.guide else total[:2]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from linkages.laws.film.film_map import MapCase, load_map
 from linkages.laws.film.map_table import table_limit
 from linkages.laws.mixed import fill_mixed
 from linkages.laws.parameters import MODELS, SHEAR
-from linkages.laws.states import SCALES, places
+from linkages.laws.states import FIRST_STATE, NEW, SCALES, Remembered, places
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
 
@@ -31,6 +31,12 @@ class LawStates(NamedTuple):
     names: tuple[str, ...]
     starts: Array  # values at the start of a run, (ns,)
     scales: Array  # magnitudes
+
+    def remembered(self, contact: int) -> Remembered:
+        """Return what a contact remembers at the start of a run, before it begins."""
+        values, own = np.array(NEW), self.places[:, 0] == contact
+        values[FIRST_STATE + self.places[own, 1]] = self.starts[own]
+        return cast(Remembered, tuple(values.tolist()))
 
 
 class ContactLaws(NamedTuple):

@@ -10,7 +10,7 @@ from engines import slow_on_drake
 from machines import joint, model, solid
 from scipy.integrate import solve_ivp
 
-from linkages import InputError, extremes, laws, load, simulate, simulate_batch
+from linkages import InputError, extremes, laws, linearise, load, simulate, simulate_batch
 from linkages.engines.compiled.stepping import Stepper
 from linkages.laws import Parameter, State
 
@@ -205,3 +205,14 @@ friction = {{law = "dahl", sigma = {SIGMA}, steady = {STEADY}}}
     run = simulate(load(experiment_file(PULLED, text + EXACT)), engine).evaluate(times)
     np.testing.assert_allclose(run["block.x"], x, atol=1e-6 * abs(x).max())
     np.testing.assert_allclose(run["block.vx"], v, atol=1e-6 * abs(v).max())
+
+
+@OWNERS
+def test_a_linear_model_has_the_state_of_an_open_contact(system_with, owner):
+    """The damper returns to its length by itself: a pole at the inverse of the relaxation time."""
+    linear = linearise(system_with(owner))
+    place = linear.states.index("z.wall")
+    expected = np.zeros(len(linear.states))
+    expected[place] = -BRANCH / DAMPER
+    np.testing.assert_allclose(linear.A[place], expected, rtol=1e-9, atol=1e-9)
+    assert np.abs(np.delete(linear.A[:, place], place)).max() == 0.0

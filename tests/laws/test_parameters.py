@@ -101,6 +101,7 @@ def test_what_is_not_given_is_not_dumped_as_given():
     assert contact.model_dump() == {
         "law": "lankarani-nikravesh", "restitution": 0.9, "youngs_modulus": 207e9, "poissons_ratio": 0.3,
         "stiffness": None, "yield_strength": None, "exponent": 1.5, "damping": 0.0, "clip": True,
+        "branch_stiffness": 0.0, "relaxation": 1e-4,
     }  # fmt: skip
     assert contact.model_dump(exclude_unset=True).keys() == {"law", "restitution", "youngs_modulus", "poissons_ratio"}
 

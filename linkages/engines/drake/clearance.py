@@ -24,7 +24,14 @@ from linkages.base.kernel import bound
 from linkages.engines.drake.joint_forces import Rooms, joint_forces, move_cells, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.laws.states import FIRST_STATE, LATCHED
-from linkages.mechanics.planar.contact_memory import any_cells, fill_landing, latch_at_start, longest_step, make_memory
+from linkages.mechanics.planar.contact_memory import (
+    any_cells,
+    fill_landing,
+    latch,
+    latch_at_start,
+    longest_step,
+    make_memory,
+)
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS, CLOSING, PENETRATION, RATES, WIDTH
 from linkages.mechanics.planar.record_types import WORN
 from linkages.system import System
@@ -168,7 +175,7 @@ class ClearanceJoints(LeafSystem):
         def penetration(context: Context) -> float:
             return float(self.evaluate(context)[k, PENETRATION])
 
-        def latch(system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State) -> EventStatus:
+        def begin(system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State) -> EventStatus:
             touch = self.evaluate(context)[k]
             latched = np.full(LATCHED, np.inf)
             if (touch[PENETRATION], touch[CLOSING]) > (0.0, 0.0):
@@ -181,7 +188,7 @@ class ClearanceJoints(LeafSystem):
             f"{self.joints[k]} starts or ends contact",
             WitnessFunctionDirection.kCrossesZero,
             penetration,
-            UnrestrictedUpdateEvent(system_callback=latch),
+            UnrestrictedUpdateEvent(system_callback=begin),
         )
 
     def _remembered(self, context: Context) -> Array:

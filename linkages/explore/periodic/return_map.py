@@ -26,6 +26,8 @@ from linkages.explore.local_coordinates import LocalCoordinates, local_coordinat
 from linkages.explore.periodic.continuation import Residual
 from linkages.explore.periodic.multipliers import Multipliers, multipliers
 from linkages.explore.sections import Section, recorded
+from linkages.laws.states import LATCHED, LATCHED_NAMES
+from linkages.mechanics.planar.contact_memory import restore_memory
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS, RATES
 from linkages.results.outputs.registry import pack
 from linkages.results.steady_state import common_period
@@ -50,7 +52,7 @@ class Passage:
         Time of the passage and of its start [s].
     y : (ny,) array
         State at the start, see `linkages.explore.flow.Flow`.
-    memory : (nc, 2) array
+    memory : array
         Memory of the contacts at the start.
     monodromy : (n, n) array
         Derivative of the state at the end with respect to the state at the start.
@@ -123,13 +125,16 @@ class ReturnMap:
         model = flow.runner.model
         self._reference = flow.y.copy()
         self._memory = flow.memory.copy()
-        self._latched = np.flatnonzero((model.touching == 1) & np.isfinite(flow.memory[:, 0]))
+        #: Contact, and place in its memory, of each latched state that counts.
+        self._latched = np.nonzero((model.touching == 1)[:, None] & np.isfinite(flow.memory[:, :LATCHED]))
+        contact, place = self._latched
         self._range = self._range[self._local.entries]
-        self.start = np.concatenate([flow.y[self._local.entries], self._memory[self._latched, 0]])
-        speeds = system.motion_rate * np.maximum(system.laws["clearance"][self._latched], 1e-9 * system.tree.extent)
+        self.start = np.concatenate([flow.y[self._local.entries], self._memory[self._latched]])
+        speeds = system.motion_rate * np.maximum(system.laws["clearance"][contact], 1e-9 * system.tree.extent)
         self.error = np.concatenate([flow.scale[self._local.entries], speeds])
         self._turning = np.flatnonzero(np.isin(self._local.entries, turns))
-        self.names = (*self._local.names, *(f"approach.{system.contacts[k][1]}" for k in self._latched))
+        latched = (f"{LATCHED_NAMES[i]}.{system.contacts[k][1]}" for k, i in zip(contact, place, strict=True))
+        self.names = (*self._local.names, *latched)
         self._turns: Array | None = None
 
     def sizes(self, clearance: float) -> Array:
@@ -143,7 +148,7 @@ class ReturnMap:
         of_laws = np.full(len(self._system.law_states.names), self.error.min())
         own = self._system.state_scales * length / self._system.tree.extent
         state = np.concatenate([position, rate * position, of_laws, own])[self._local.entries]
-        return np.concatenate([state, np.full(len(self._latched), _APART * rate * length)])
+        return np.concatenate([state, np.full(len(self._latched[0]), _APART * rate * length)])
 
     def _flow(self, value: float | None, periods: int) -> tuple[Flow, float]:
         """Return a flow for a value, and the common period of its drives."""
@@ -174,7 +179,7 @@ class ReturnMap:
         flow, period = self._flows[value]
         first, last = begin * period, (begin + self.periods) * period
         memory = self._memory.copy()
-        memory[self._latched, 0] = x[len(self._local.entries) :]
+        memory[self._latched] = x[len(self._local.entries) :]
         y = self._lifted(flow, first, x[: len(self._local.entries)])
         flow.resume(first, y, memory, 0.0)
         steps = flow.reach(last)
@@ -183,16 +188,17 @@ class ReturnMap:
     def _returned(self, flow: Flow, period: float, steps: Steps, x: Array, value: float) -> Residual:
         """Differentiate a passage and collect its result."""
         local, latched, runner = self._local, self._latched, flow.runner
-        nx, ny, nm = len(local.entries), len(flow.y), len(latched)
+        nx, ny, nm = len(local.entries), len(flow.y), len(latched[0])
         paths = () if self._path is None else (self._path,)
         tangent = self._coordinates(flow, steps.times[0], steps.states[0], local).tangent
         columns = np.zeros((ny, nx + nm + len(paths)))
         columns[:, :nx] = tangent
-        remembered = np.zeros((steps.memory.shape[1], columns.shape[1]))
-        remembered[latched, nx + np.arange(nm)] = 1.0
+        nc, rows = len(runner.model.ends), LATCHED * latched[0] + latched[1]
+        remembered = np.zeros((nc * LATCHED, columns.shape[1]))
+        remembered[rows, nx + np.arange(nm)] = 1.0
         found = differentiate(runner, steps, paths, columns, remembered)
-        end = np.concatenate([flow.y[local.entries], flow.memory[latched, 0]])
-        whole = np.vstack([found.states[-1][local.entries], found.memory[-1][latched]])
+        end = np.concatenate([flow.y[local.entries], flow.memory[latched]])
+        whole = np.vstack([found.states[-1][local.entries], found.memory[-1][rows]])
         monodromy, by_p = whole[:, : nx + nm], np.zeros(nx + nm)
         if paths:
             slope = self._period_slope(value)
@@ -202,10 +208,10 @@ class ReturnMap:
                 early = whole[:, :nx] @ rates[0][local.entries] * self._first
                 late = np.concatenate([rates[1][local.entries], np.zeros(nm)]) * (self._first + self.periods)
                 by_p += (late - early) * slope
-        begins = np.array([np.count_nonzero(found.event == k + 1) for k in range(steps.memory.shape[1])])
+        begins = np.array([np.count_nonzero(found.event == k + 1) for k in range(nc)])
         depth = runner.evaluate(steps, steps.times[:1])[3][0, :, CLEARANCE_OUTPUTS.index("penetration")]
         read = np.array([name not in self._unread for name in local.names])
-        kept = np.concatenate([read, (begins > 0)[latched] & (depth > 0.0)[latched]])
+        kept = np.concatenate([read, (begins > 0)[latched[0]] & (depth > 0.0)[latched[0]]])
         spectrum = multipliers(monodromy[np.ix_(kept, kept)])
         for k in np.flatnonzero(~kept):
             end[k], by_p[k], monodromy[k] = x[k], 0.0, 0.0
@@ -216,7 +222,7 @@ class ReturnMap:
         contacts = np.where((begins == 0) & (depth > 0.0), -1, begins)[closed]
         start = Steps(steps.times[:1], steps.states[:1], steps.memory[:1])
         memory = np.zeros_like(flow.memory)
-        memory[:, 0] = start.memory[0]
+        restore_memory(memory, start.memory[0])
         passage = Passage(
             flow.system, self.periods * period, float(start.times[0]), start.states[0].copy(), memory, monodromy,
             spectrum, tuple(int(k) for k in contacts),

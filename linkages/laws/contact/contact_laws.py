@@ -47,7 +47,7 @@ _call = caller(_F)
 class ContactLaw(NamedTuple):
     """A contact law: force, formula, validity, source."""
 
-    force: Callable[..., float]
+    force: Callable[..., float | tuple[float, ...]]  # with states also their rates
     formula: str
     valid: str
     source: str
@@ -188,7 +188,7 @@ CONTACTS = {
     "maxwell": ContactLaw(
         maxwell, "K delta^n + K_1 (delta - z), dz/dt = (delta - z)/T",
         "viscoelastic bodies; one state per contact", "Zener, Elasticity and Anelasticity of Metals, 1948",
-        parameters=MAXWELL, needs=("stiffness",), states=(State("creep", "m", 1e-6, "length of the damper"),),
+        parameters=MAXWELL, needs=("stiffness",), states=(State("creep", "m", 1e-4, "length of the damper"),),
     ),
     "esdu-78035": _conformal(esdu_78035, "delta = F/S (ln(4 S DR/F) + 1), S = pi E' L", "ESDU 78035, 1978"),
     "johnson": _conformal(

@@ -17,12 +17,11 @@ from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_ke
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.film.film_history import STEP, memory_of, recorded_entries
 from linkages.laws.film.film_steps import advance_film, longest_step_of, start_film
-from linkages.laws.states import LATCHED, REMEMBERED
+from linkages.laws.states import LATCHED, LATCHED_NAMES, REMEMBERED
 from linkages.mechanics.planar.contacts import CLOSING, PENETRATION, RESULT_PLACES, contact_motion, has_cells
 from linkages.mechanics.planar.record_types import REMEMBERING
 
-#: Place of the speed of approach, which is latched, in a line of memory.
-APPROACH = 0
+_APPROACH = LATCHED_NAMES.index("approach")  # place of the speed of approach in a line of memory
 _LATCHED_QUANTITIES = (CLOSING,)
 #: Places of the quantities that are latched among the results of a contact.
 LATCHED_RESULTS = tuple(RESULT_PLACES.index(quantity) for quantity in _LATCHED_QUANTITIES)
@@ -62,7 +61,7 @@ def latch_at_start(memory: Array, contact: Array, landing: float) -> None:
     """
     delta, closing = contact[PENETRATION], contact[CLOSING]
     least = GRAZING if delta > landing else -GRAZING
-    memory[APPROACH] = max(closing, 0.0) if delta >= -landing and closing > least else np.inf
+    memory[_APPROACH] = max(closing, 0.0) if delta >= -landing and closing > least else np.inf
 
 
 @inlined_kernel

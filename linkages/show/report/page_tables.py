@@ -15,6 +15,7 @@ from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import leaves
 from linkages.input.files.unit_conversion import SLIDING
 from linkages.input.model.experiment import Experiment, value_unit
+from linkages.results.impacts import QUANTITIES
 from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report import words
@@ -171,14 +172,10 @@ def impacts(results: Results) -> PageTable | None:
         caption += f"; the {_SHOWN} hardest are shown; impacts.csv has all"
     if turning := _turning(results):
         caption += f"; of {', '.join(turning)} angles and torques: read rad for m and N m for N"
-    head = (
-        "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
-        "peak penetration [µm]", "separation [m/s]", "peak normal force [N]",
-    )  # fmt: skip
-    scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0, 1.0)
+    head = ("joint", *(shown.head for shown in QUANTITIES.values()))
     rows = []
     for joint, *values in (astuple(row) for row in sorted(hardest, key=lambda row: row.start)):
-        scaled = (scale * value for scale, value in zip(scales, values, strict=True))
+        scaled = (shown.scale * value for shown, value in zip(QUANTITIES.values(), values, strict=True))
         rows.append((joint, *(words.NONE if math.isnan(value) else number(value) for value in scaled)))
     return PageTable(caption, head, rows)
 
