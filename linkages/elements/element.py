@@ -152,26 +152,26 @@ class Element(Generic[K]):
 
     table: str
     keys: type[K]
+    derived: Callable[[Mapping[str, Any]], Mapping[str, K]] | None = None
+    home: str = ""
     check: Callable[[K, Checks], None] = lambda keys, checks: None
     points: Callable[[K], Iterable[Point]] = lambda keys: ()
     record: np.dtype[Any] | None = None
     pack: Callable[[K, Places], Mapping[str, Any]] = lambda keys, places: {}
     act: Callable[[np.record, Array, Array, Array], None] | None = None
     tell: Callable[[np.record, Array, Array, Array], None] | None = None
-    outputs: tuple[Quantities, ...] = ()
-    picture: Callable[[K, Scene], Iterable[Picture]] = lambda keys, scene: ()
-    force: Callable[[K, Slides, float], float] = lambda keys, slides, extent: 0.0
-    sort: Callable[[K, Slides], int | Sequence[int]] = lambda keys, slides: 0
-    problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
     couples: Callable[[K], Coupled | None] = lambda keys: None
     contacts: Callable[[K], Mapping[str, Barrier | Edge]] = lambda keys: {}
     push: Callable[[K], Push] | None = None
+    outputs: tuple[Quantities, ...] = ()
+    sort: Callable[[K, Slides], int | Sequence[int]] = lambda keys, slides: 0
+    force: Callable[[K, Slides, float], float] = lambda keys, slides, extent: 0.0
+    problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
+    picture: Callable[[K, Scene], Iterable[Picture]] = lambda keys, scene: ()
     warns: Callable[[Mapping[str, K], Sequence[str]], Iterable[Warned]] | None = None
     unsupported: tuple[Unsupported, ...] = ()
     linear: bool = True
     from_reference: bool = False
-    derived: Callable[[Mapping[str, Any]], Mapping[str, K]] | None = None
-    home: str = ""
     completed: Callable[[Mapping[str, Any], Callable[[str, str], bool]], Mapping[str, Any]] = lambda keys, meet: keys
 
     def outputs_of(self, keys: K, slides: Slides) -> tuple[Quantities, ...]:

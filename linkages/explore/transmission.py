@@ -115,7 +115,7 @@ def transmissions(system: System, motion: DrivenMotion) -> tuple[tuple[Transmiss
     The system is from `linkages.explore.range_of_motion.movable`.
     """
     mechanism, experiment = system.mechanism, system.experiment
-    found, rest = dyads(mechanism, list(experiment.drives), experiment.coupled.values())
+    found, rest = dyads(mechanism, list(experiment.drives), system.tree.coupled.values())
     fixed = mechanism.rigid_groups({joint.name for joint in mechanism.joints if joint.type == "fixed"})
     angles = []
     for inner, links, outer in found:

@@ -257,7 +257,7 @@ def _gives_torque(outputs: Sequence[Quantities]) -> bool:
 def _judged(system: System) -> list[str]:
     """Return the columns that a singular position can make meaningless: outputs, and peaks except of loads."""
     experiment = system.experiment
-    bounded = {name for _, name in experiment.acting if name not in experiment.closed}
+    bounded = {name for _, name in experiment.acting if name not in system.tree.coupled}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
     return [*experiment.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
 

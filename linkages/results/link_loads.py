@@ -183,7 +183,7 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
         markers = [end[0]["bearing"], end[0]["journal"], *row_markers(end[0]["row"])]
         yield from _split(seen, system.contacts[k][1], wrench, markers)
     for name, row, size in zip(
-        reversed(system.experiment.closed), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
+        reversed([*system.tree.coupled]), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
     ):
         wrench = np.zeros_like(w.wrench)
         add_row_wrench(row, w.pose, size, wrench)

@@ -142,7 +142,7 @@ class Soundness:
 
 def _sizes(system: System, arrays: Arrays, q: Array, reaction: Array) -> Mapping[str, float]:
     """Compute each column's magnitude under reactions alone [N]; moments over the linkage's length."""
-    mechanism, coupled = system.mechanism, system.experiment.closed
+    mechanism, coupled = system.mechanism, system.tree.coupled
     tables = {name: table for table, name in system.experiment.named}
     work = make_workspace(len(arrays.bodies.records), len(q), len(arrays.rows), arrays.bodies.shapes.shape[2])
     body_positions(arrays.bodies, q, work.pose)

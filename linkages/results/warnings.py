@@ -146,7 +146,7 @@ def _chaotic(
 
 def _of_elements(system: System) -> list[dict[str, Any]]:
     """List the warnings about the elements of a machine, such as couplings that lock each other."""
-    experiment, closed = system.experiment, [*system.experiment.closed]
+    experiment, closed = system.experiment, [*system.tree.coupled]
     together: dict[Any, dict[str, Any]] = {}
     for kind, name, keys in elements_of(experiment.elements):
         if kind.warns is not None:

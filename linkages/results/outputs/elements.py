@@ -50,7 +50,7 @@ def _at_row(system: System, name: str) -> Element:
 
 def _sign(system: System, name: str) -> float:
     """Return the change of the second coordinate over the change of the coupling's term."""
-    one = system.experiment.coupled[name]
+    one = system.tree.coupled.get(name) or system.tree.loose[name]
     return system.tree.seen_coordinate(one.joints[1], one.carrier)[1]
 
 
