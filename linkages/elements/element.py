@@ -13,7 +13,7 @@ from typing import Any, Generic, NamedTuple, NoReturn, Protocol, TypeVar
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.elements.analyses import Unsupported
+from linkages.elements.analysis import Refusal
 from linkages.elements.contact_tables import ContactTable
 from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
 from linkages.elements.outputs import Quantities
@@ -90,7 +90,7 @@ class Warned(NamedTuple):
 Slides = Callable[[str], bool]  #: whether a joint, by name, is prismatic
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Element(Generic[K]):
     """A kind of element of a machine.
 
@@ -140,7 +140,7 @@ class Element(Generic[K]):
     warns : callable
         ``warns(named, locked)`` are warnings about a run of a machine with these elements by name, some of whose
         couplings lock each other. Kinds with the same function are warned about together.
-    unsupported : sequence of Unsupported
+    unsupported : sequence of Refusal
         Models that some analyses cannot treat.
     linear : bool
         Whether linear models include it.
@@ -169,7 +169,7 @@ class Element(Generic[K]):
     problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
     picture: Callable[[K, Scene], Iterable[Picture]] = lambda keys, scene: ()
     warns: Callable[[Mapping[str, K], Sequence[str]], Iterable[Warned]] | None = None
-    unsupported: tuple[Unsupported, ...] = ()
+    unsupported: tuple[Refusal, ...] = ()
     linear: bool = True
     from_reference: bool = False
     completed: Callable[[Mapping[str, Any], Callable[[str, str], bool]], Mapping[str, Any]] = lambda keys, meet: keys

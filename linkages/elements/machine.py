@@ -31,47 +31,47 @@ KINDS: tuple[Element[Any], ...] = (FRICTION, SPRING, TORSION_SPRING, STOP, GEAR,
 OF_ELEMENTS = {kind.table: kind for kind in KINDS}  #: the kinds, by their tables
 TABLES = tuple(kind.table for kind in KINDS if kind.derived is None)  #: of experiments
 PUSHING = tuple(kind.table for kind in KINDS if kind.push is not None)  #: whose elements are loads
-_PACKED = tuple(kind for kind in KINDS if kind.record is not None)  # with kernels
+ACTING = tuple(kind for kind in KINDS if kind.record is not None)  #: the kinds with kernels
 
 #: The records of each kind with kernels, by its table.
-Elements: Any = namedtuple("Elements", [kind.table for kind in _PACKED])  # type: ignore[misc] # made of the kinds
-NO_ELEMENTS = Elements(*(np.zeros(0, kind.record) for kind in _PACKED))
+Elements: Any = namedtuple("Elements", [kind.table for kind in ACTING])  # type: ignore[misc] # made of the kinds
+NO_ELEMENTS = Elements(*(np.zeros(0, kind.record) for kind in ACTING))
 
 Tables = Mapping[str, Mapping[str, Any]]  #: the keys of the elements of each kind, by table and name
 
 
-def elements_of(tables: Tables, kinds: Iterable[Element[Any]] = KINDS) -> Iterator[tuple[Element[Any], str, Any]]:
+def all_elements_of(tables: Tables, kinds: Iterable[Element[Any]] = KINDS) -> Iterator[tuple[Element[Any], str, Any]]:
     """Yield kind, name and keys of all elements."""
     for kind in kinds:
         for name, keys in tables[kind.table].items():
             yield kind, name, keys
 
 
-def packed_of(tables: Tables) -> Iterator[tuple[Element[Any], str, Any]]:
+def elements_of(tables: Tables) -> Iterator[tuple[Element[Any], str, Any]]:
     """Yield kind, name and keys of the elements with kernels, in the order of their rows."""
-    return elements_of(tables, _PACKED)
+    return all_elements_of(tables, ACTING)
 
 
 def couplings_by_name(tables: Tables) -> dict[str, Coupled]:
     """Return the coordinates that elements couple, by the elements' names."""
-    found = ((name, kind.couples(keys)) for kind, name, keys in elements_of(tables))
+    found = ((name, kind.couples(keys)) for kind, name, keys in all_elements_of(tables))
     return {name: one for name, one in found if one is not None}
 
 
 def pushes_of(tables: Tables) -> list[Push]:
     """List the pushes of elements along coordinates, in the order of `PUSHING`."""
-    return [kind.push(keys) for kind, _, keys in elements_of(tables) if kind.push is not None]
+    return [kind.push(keys) for kind, _, keys in all_elements_of(tables) if kind.push is not None]
 
 
 def contacts_by_label(tables: Tables) -> dict[str, Barrier | Edge]:
     """Return the contacts of elements by their names."""
-    parts = elements_of(tables)
+    parts = all_elements_of(tables)
     return {f"{name}{end}": one for kind, name, keys in parts for end, one in kind.contacts(keys).items()}
 
 
 def pack_elements(tables: Tables, places: Places) -> Any:
     """Make the records of all elements, as `Elements`."""
-    return Elements(*(_records(kind, tables[kind.table], places) for kind in _PACKED))
+    return Elements(*(_records(kind, tables[kind.table], places) for kind in ACTING))
 
 
 def _records(kind: Element[Any], named: Mapping[str, Any], places: Places) -> Records:
@@ -89,7 +89,7 @@ def count(elements: Sequence[Records]) -> int:
 
 def apart(elements: Sequence[Records]) -> Iterator[Any]:
     """Yield each element alone, in the order of their rows."""
-    for kind, records in zip(_PACKED, elements, strict=True):
+    for kind, records in zip(ACTING, elements, strict=True):
         for k in range(len(records)):
             yield NO_ELEMENTS._replace(**{kind.table: records[k : k + 1]})
 
@@ -110,7 +110,7 @@ def _markers(record: Any) -> Iterator[np.record]:
 def _loops(duty: str, loop: Callable[[Any], Callable[..., None]]) -> dict[str, Any]:
     """Make the loop of each kind over a duty, as lazy kernels of different names."""
     found = {}
-    for kind in _PACKED:
+    for kind in ACTING:
         made = loop(getattr(kind, duty))
         made.__qualname__ = made.__name__ = f"{duty}_{kind.table}"
         found[made.__name__] = globals()[made.__name__] = lazy_kernel(made)
@@ -136,7 +136,7 @@ def _telling(tell: Any) -> Callable[..., None]:
 def _in_turn(head: str, line: str, loops: dict[str, Any], after: str = "") -> Any:
     """Make the kernel that calls the loops of the kinds that a machine has."""
     lines = [head]
-    for name, kind in zip(loops, _PACKED, strict=True):
+    for name, kind in zip(loops, ACTING, strict=True):
         lines += [f"    if len(elements.{kind.table}):", f"        {line.format(loop=name, table=kind.table)}"]
         lines += [f"    {after.format(table=kind.table)}"] if after else []
     names = loops | {"__name__": __name__}

@@ -15,8 +15,8 @@ import numpy as np
 
 from linkages.base.arguments import validated
 from linkages.base.brief import Brief
-from linkages.elements.analyses import Analysis
 from linkages.engines.assessment import simulate
+from linkages.input.model.capabilities import Analysis
 from linkages.input.model.experiment import Experiment
 from linkages.results.assessment import touching
 from linkages.results.divergence import dense, horizon

@@ -15,8 +15,8 @@ from linkages.base.arguments import Count, Whole, validated
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
-from linkages.elements.analyses import Analysis
 from linkages.explore.flow import Flow, lasting, period_of
+from linkages.input.model.capabilities import Analysis
 from linkages.system import System
 
 _ACCURACY = 1e-4  # accuracy of the two trajectories over their distance

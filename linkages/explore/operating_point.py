@@ -10,13 +10,13 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, RunError, Status
 from linkages.base.kernel.private import OFF
-from linkages.elements.analyses import Analysis
 from linkages.engines.compiled.run.linear import slopes
 from linkages.engines.compiled.run.model import per_length
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
 from linkages.explore.flow import Flow, expect_valid
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
+from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.outputs.columns import columns
 from linkages.system import System

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.elements.machine import add_elements, apart, markers_of, packed_of
+from linkages.elements.machine import add_elements, apart, elements_of, markers_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.markers import arm, turned
@@ -173,7 +173,7 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
         load_wrenches((model.loads[k : k + 1], *values), time, w.v, w.pose, w.vel, wrench)
         record = model.loads[k]
         yield from _split(seen, name, wrench, (record["a"], record["term"]["a"], record["term"]["b"]))
-    for (_, name, _), one in zip(packed_of(system.experiment.elements), apart(model.elements), strict=True):
+    for (_, name, _), one in zip(elements_of(system.experiment.elements), apart(model.elements), strict=True):
         wrench = np.zeros_like(w.wrench)
         add_elements(one, w.pose, w.vel, wrench)
         yield from _split(seen, name, wrench, markers_of(one))

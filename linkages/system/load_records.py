@@ -16,7 +16,7 @@ from linkages.base.arrays import Records
 from linkages.base.errors import InputError
 from linkages.elements.contact_tables import ContactTable, FrictionTable
 from linkages.elements.coordinates import Barrier, Edge
-from linkages.elements.machine import count, pack_elements, packed_of, pushes_of, tell_elements
+from linkages.elements.machine import count, elements_of, pack_elements, pushes_of, tell_elements
 from linkages.input.model.experiment import DEFINING, Experiment
 from linkages.input.model.experiment_tables import JointModel
 from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
@@ -159,7 +159,7 @@ def check_elements(tree: Tree, experiment: Experiment, q: Array, v: Array) -> No
     rows = np.empty((count(elements), len(LOAD_OUTPUTS)))
     body_states(tree.bodies, q, v, pose, vel)
     tell_elements(elements, 0, pose, vel, rows)
-    for (kind, name, keys), row in zip(packed_of(experiment.elements), rows, strict=True):
+    for (kind, name, keys), row in zip(elements_of(experiment.elements), rows, strict=True):
         if problem := kind.problem_at_start(keys, row, _COINCIDENT * tree.extent):
             raise InputError(experiment.source, f"{kind.table}.{name}", problem)
 

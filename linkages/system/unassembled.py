@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
-from linkages.elements.analyses import Analysis
 from linkages.elements.machine import elements_of, pack_elements
-from linkages.input.model.capabilities import check_analysis
+from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment

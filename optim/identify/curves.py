@@ -8,7 +8,7 @@ import numpy as np
 
 from linkages import InputError, RunError, Status, System, simulate, simulate_batch
 from linkages.base.arrays import Array
-from linkages.elements.analyses import Analysis
+from linkages.input.model.capabilities import Analysis
 from linkages.results.outputs.columns import Columns
 
 _STEP = 1e-3  # step of differences with respect to time, relative to the interval of samples

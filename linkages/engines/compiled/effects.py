@@ -18,7 +18,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, listed
 from linkages.base.kernel.block import Contents, contents
-from linkages.elements.machine import elements_of
+from linkages.elements.machine import all_elements_of
 from linkages.engines.compiled.run.job import make_given
 from linkages.input.model.mechanism import Frame, Mechanism
 from linkages.mechanics.planar.kinematics import poses_at
@@ -150,7 +150,7 @@ def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
 def _counts_from_reference(system: System) -> bool:
     """Check for parts that count coordinates or directions from the reference configuration."""
     experiment = system.experiment
-    counting = any(kind.from_reference for kind, _, _ in elements_of(experiment.elements))
+    counting = any(kind.from_reference for kind, _, _ in all_elements_of(experiment.elements))
     oriented = any(joint.feed or joint.is_tilted or joint.is_worn for joint in experiment.joints.values())
     return counting or bool(experiment.quantities) or oriented or bool(system.tree.flexible)
 

@@ -11,11 +11,11 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
 from linkages.base.signals import deferred
-from linkages.elements.analyses import Analysis
 from linkages.engines.budget import WINDOW, Budget, most
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.engines.methods import method
+from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.integrate.driver import PAUSED
 from linkages.results.derivatives import Direction
 from linkages.results.outputs.columns import Columns

@@ -15,12 +15,12 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventSta
 from pydrake.systems.primitives import Adder, ConstantVectorSource
 
 from linkages.base.errors import InputError, Status
-from linkages.elements.analyses import Analysis
 from linkages.engines.budget import Budget
 from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
 from linkages.engines.drake.drives import Drives, StatefulDrives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.engines.drake.steps import StepControl, drives_of, is_collapse
+from linkages.input.model.capabilities import Analysis
 from linkages.results.trajectory import TimeReport
 from linkages.system import System
 from linkages.system.ideal_motion import cause

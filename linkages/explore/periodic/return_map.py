@@ -15,7 +15,6 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.elements.analyses import Analysis
 from linkages.engines.compiled.derivatives.sensitivity import differentiate
 from linkages.engines.compiled.run.linear import closure_at
 from linkages.engines.compiled.run.model import per_length
@@ -26,6 +25,7 @@ from linkages.explore.local_coordinates import LocalCoordinates, local_coordinat
 from linkages.explore.periodic.continuation import Residual
 from linkages.explore.periodic.multipliers import Multipliers, multipliers
 from linkages.explore.sections import Section, recorded
+from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.outputs.registry import pack
 from linkages.results.steady_state import common_period

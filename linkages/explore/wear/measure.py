@@ -11,9 +11,9 @@ from scipy.special import ndtri, stdtrit
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
-from linkages.elements.analyses import Analysis
 from linkages.engines.compiled.run.replay import Steps
 from linkages.explore.flow import Flow, lasting, period_of
+from linkages.input.model.capabilities import Analysis
 from linkages.laws.wear.archard import SAMPLE, fill_moments
 from linkages.laws.wear.profile import depth_of
 from linkages.results.extremes import peaks

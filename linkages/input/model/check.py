@@ -12,9 +12,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from linkages.base.errors import InputError, nearest
-from linkages.elements.analyses import Analysis
 from linkages.elements.contact_tables import ContactTable
-from linkages.elements.machine import KINDS, OF_ELEMENTS, elements_of
+from linkages.elements.machine import KINDS, OF_ELEMENTS, all_elements_of
 from linkages.elements.pictures import Point
 from linkages.input.files.formula import CONSTANTS, FUNCTIONS, shown
 from linkages.input.files.table_keys import bracketed
@@ -22,7 +21,7 @@ from linkages.input.files.toml import Table
 from linkages.input.files.unit_conversion import SLIDING, read, si
 from linkages.input.model import load_tables as tables
 from linkages.input.model.beam_interfaces import substructures
-from linkages.input.model.capabilities import check_analysis
+from linkages.input.model.capabilities import Analysis, check_analysis
 from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import (
     BENDING_QUANTITIES,
@@ -129,7 +128,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
         else:
             getattr(load, table)(getattr(experiment, table)[name])
     derived = (kind for kind in KINDS if kind.derived is not None)
-    for kind, name, keys in elements_of(experiment.elements, derived):
+    for kind, name, keys in all_elements_of(experiment.elements, derived):
         kind.check(keys, _Check(mechanism, experiment, kind.path(name)))
     _check_quantities(mechanism, experiment)
     for name, window in experiment.windows.items():

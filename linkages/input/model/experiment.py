@@ -23,7 +23,7 @@ from linkages.elements.coordinates import Barrier, Coupled, Edge
 from linkages.elements.coupling import Coupling
 from linkages.elements.friction import JointFriction
 from linkages.elements.gear import Gear
-from linkages.elements.machine import KINDS, PUSHING, TABLES, contacts_by_label, couplings_by_name, elements_of
+from linkages.elements.machine import KINDS, PUSHING, TABLES, all_elements_of, contacts_by_label, couplings_by_name
 from linkages.elements.spring import Spring
 from linkages.elements.stop import Stop
 from linkages.elements.torsion_spring import TorsionSpring
@@ -299,7 +299,7 @@ class Experiment(Brief, Table):
     def acting(self) -> tuple[tuple[str, str], ...]:
         """Return the named elements, and those that are derived from other tables."""
         derived = (kind for kind in KINDS if kind.derived is not None)
-        return self.named + tuple((kind.table, name) for kind, name, _ in elements_of(self.elements, derived))
+        return self.named + tuple((kind.table, name) for kind, name, _ in all_elements_of(self.elements, derived))
 
     @property
     def coupled(self) -> dict[str, Coupled]:
@@ -334,7 +334,7 @@ class Experiment(Brief, Table):
     @property
     def couplings_alone(self) -> dict[str, Any]:
         """Return the tables of the elements that couple coordinates, as the linkage with ideal joints has them."""
-        tables = {kind.table for kind, _, keys in elements_of(self.elements) if kind.couples(keys) is not None}
+        tables = {kind.table for kind, _, keys in all_elements_of(self.elements) if kind.couples(keys) is not None}
         return {table: _perfect(getattr(self, table)) for table in TABLES if table in tables}
 
     def value(self, path: str) -> float:

@@ -19,8 +19,8 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
-from linkages.elements.analyses import Analysis
 from linkages.engines.assessment import ideal, simulate
+from linkages.input.model.capabilities import Analysis
 from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of

@@ -13,11 +13,11 @@ from linkages.base.arguments import Count, Lines, Names, Vector, fitting, valida
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, Status
 from linkages.base.kernel import Array, Indices
-from linkages.elements.analyses import Analysis
 from linkages.engines.compiled.batch.designs import designs_of
 from linkages.engines.compiled.batch.runs import STATISTICS_WITH_RATES, Runs, differentiate_runs
 from linkages.engines.compiled.batch.statistics import STATISTICS
 from linkages.input.files.table_formats import needed
+from linkages.input.model.capabilities import Analysis
 from linkages.results.derivatives import Wrt
 from linkages.results.outputs.registry import default_outputs, pack
 from linkages.system import System

@@ -15,7 +15,6 @@ from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.dual import DIRECTIONS
 from linkages.base.kernel.private import OFF
 from linkages.base.kernel.simd import WIDTH as LANES
-from linkages.elements.analyses import Analysis
 from linkages.engines.compiled.derivatives.neighbours import neighbours
 from linkages.engines.compiled.derivatives.output_derivatives import IdealMotions, OutputTable
 from linkages.engines.compiled.derivatives.run_derivatives import (
@@ -33,6 +32,7 @@ from linkages.engines.compiled.run.job import make_given
 from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
+from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.integrate.stepper import make_stepper
 from linkages.mechanics.planar.arrays import size_of
 from linkages.mechanics.planar.contacts import WIDTH

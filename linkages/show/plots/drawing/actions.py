@@ -8,7 +8,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError
-from linkages.elements.machine import elements_of
+from linkages.elements.machine import all_elements_of
 from linkages.elements.pictures import Around, Between, Labelled, Named, Picture, Ring, Traced, Wall
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.load_tables import ForceTable
@@ -50,7 +50,7 @@ class Done:
                 link = self.mechanism.link[torque.link or ""]
                 yield from self.parts.turning("load", link.name, link.com, 2.8, sign)
                 yield shape("load name", [self.parts.off(link.name, link.com, (0.0, 4.4))], text=name)
-        for kind, name, keys in elements_of(experiment.elements):
+        for kind, name, keys in all_elements_of(experiment.elements):
             for picture in kind.picture(keys, self):
                 yield from self._part(name, picture)
 
