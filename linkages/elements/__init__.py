@@ -23,7 +23,7 @@
 | coordinates    | what elements do to coordinates and points: couplings, contacts, pushes                 |
 | outputs        | outputs of elements, and where their values come from                                   |
 | pictures       | pictures of elements as data                                                            |
-| analyses       | analyses, and models that some of them cannot treat                                     |
+| analysis       | what is done with a machine, and why an element cannot take part in it                  |
 | law_tables     | tables that name a law, with the law's declared parameters                              |
 | contact_tables | tables of contact and friction                                                          |
 """

@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from linkages.base.errors import nearest
-from linkages.elements.analyses import SAMPLED, Analysis, Unsupported
+from linkages.elements.analysis import SAMPLED, Analysis, Refusal
 from linkages.elements.element import Checks, Element, IdealEffort
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf
 from linkages.input.functions.definitions import Call, Definition, Quantity, constant, formula, named
@@ -191,9 +191,9 @@ CONTROLLER = Element(
     ideal_efforts=ideal_efforts,
     unsupported=(
         SAMPLED,
-        Unsupported(
+        Refusal(
             "function",
-            lambda controller, turns: controller.function is not None,
+            lambda controller: controller.function is not None,
             {Analysis.DERIVATIVES: "is in Python, which has no derivatives; give the controller by formulas of states"},
         ),
     ),

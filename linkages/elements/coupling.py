@@ -15,4 +15,4 @@ class Coupling(Mesh):
         return 1.0
 
 
-COUPLING: Element[Coupling] = Element("couplings", Coupling, **duties())
+COUPLING: Element[Coupling] = Element(table="couplings", keys=Coupling, **duties())

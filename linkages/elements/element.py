@@ -13,7 +13,7 @@ from typing import Any, Generic, NamedTuple, NoReturn, Protocol, TypeVar
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.elements.analyses import Unsupported
+from linkages.elements.analysis import Refusal
 from linkages.elements.contact_tables import ContactTable
 from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
 from linkages.elements.outputs import Quantities
@@ -167,7 +167,7 @@ Slides = Callable[[str], bool]  #: whether a joint, by name, is prismatic
 Acting = Callable[[np.record, Array, Array, Array], None] | Callable[[np.record, Given, Array, Array, Array], None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Element(Generic[K]):
     """A kind of element of a machine: it acts on bodies, defines quantities for formulas, or both.
 
@@ -234,7 +234,7 @@ class Element(Generic[K]):
     warns : callable
         ``warns(named, locked)`` are warnings about a run of a machine with these elements by name, some of whose
         couplings lock each other. Kinds with the same function are warned about together.
-    unsupported : sequence of Unsupported
+    unsupported : sequence of Refusal
         Models that some analyses cannot treat.
     linear : bool
         Whether linear models include it.
@@ -246,6 +246,8 @@ class Element(Generic[K]):
 
     table: str
     keys: type[K]
+    derived: Callable[[Mapping[str, Any]], Mapping[str, K]] | None = None
+    home: str = ""
     check: Callable[[K, Checks], None] = lambda keys, checks: None
     quantities: Callable[[K, str], Mapping[str, Quantity]] | None = None
     own: Mapping[str, str] = field(default_factory=dict)
@@ -258,21 +260,19 @@ class Element(Generic[K]):
     functions: Callable[[K, str], Mapping[str, Sequence[Function]]] | None = None
     act: Acting | None = None
     tell: Acting | None = None
-    outputs: tuple[Quantities, ...] = ()
-    picture: Callable[[K, Scene], Iterable[Picture]] = lambda keys, scene: ()
-    force: Callable[[K, Slides, float], float] = lambda keys, slides, extent: 0.0
-    sort: Callable[[K, Slides], int | Sequence[int]] = lambda keys, slides: 0
-    problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
     applied: Applied | None = None
     couples: Callable[[K], Coupled | None] = lambda keys: None
     contacts: Callable[[K], Mapping[str, Barrier | Edge]] = lambda keys: {}
     push: Callable[[K], Push] | None = None
+    outputs: tuple[Quantities, ...] = ()
+    sort: Callable[[K, Slides], int | Sequence[int]] = lambda keys, slides: 0
+    force: Callable[[K, Slides, float], float] = lambda keys, slides, extent: 0.0
+    problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
+    picture: Callable[[K, Scene], Iterable[Picture]] = lambda keys, scene: ()
     warns: Callable[[Mapping[str, K], Sequence[str]], Iterable[Warned]] | None = None
-    unsupported: tuple[Unsupported, ...] = ()
+    unsupported: tuple[Refusal, ...] = ()
     linear: bool = True
     from_reference: bool = False
-    derived: Callable[[Mapping[str, Any]], Mapping[str, K]] | None = None
-    home: str = ""
     completed: Callable[[Mapping[str, Any], Callable[[str, str], bool]], Mapping[str, Any]] = lambda keys, meet: keys
 
     @property

@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import Field
 
-from linkages.elements.analyses import Analysis, Unsupported
+from linkages.elements.analysis import Analysis, Refusal
 from linkages.elements.element import Element
 from linkages.elements.mesh import Mesh, duties
 from linkages.input.files.toml import Finite
@@ -29,10 +29,11 @@ class Gear(Mesh):
 
 
 #: The wheels of a turning drive have another pose after a revolution.
-_FRACTIONAL = Unsupported(
+_FRACTIONAL = Refusal(
     "ratio",
-    lambda gear, turns: turns and bool(gear.ratio % 1.0),
+    lambda gear: bool(gear.ratio % 1.0),
     {Analysis.WEAR: "is no whole number: cycles of the drive do not begin in the same pose; drive the other joint"},
+    turning=True,
 )
 
 
@@ -41,4 +42,4 @@ def completed(keys: Mapping[str, Any], meet: Callable[[str, str], bool]) -> Mapp
     return keys if meet(*keys["joints"]) else {**keys, "mimic": True}
 
 
-GEAR: Element[Gear] = Element("gears", Gear, unsupported=(_FRACTIONAL,), completed=completed, **duties())
+GEAR: Element[Gear] = Element(table="gears", keys=Gear, unsupported=(_FRACTIONAL,), completed=completed, **duties())

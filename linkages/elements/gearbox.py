@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import Field
 
-from linkages.elements.analyses import Analysis, Unsupported
+from linkages.elements.analysis import Analysis, Refusal
 from linkages.elements.backlash import Backlash, check_backlash
 from linkages.elements.coordinates import WHEEL
 from linkages.elements.coupling import Coupling
@@ -56,9 +56,9 @@ def check(gearbox: Gearbox, checks: Checks) -> None:
 
 
 #: Drake's plant has the wheel as a body.
-_MASSLESS = Unsupported(
+_MASSLESS = Refusal(
     "inertia",
-    lambda gearbox, turns: not gearbox.backlash.inertia,
+    lambda gearbox: not gearbox.backlash.inertia,
     dict.fromkeys((Analysis.DRAKE, Analysis.DIAGRAM), "is 0, but Drake needs an inertia of the gearbox' wheel"),
 )
 

@@ -51,32 +51,32 @@ NO_ELEMENTS = Elements(*(np.zeros(0, kind.record) for kind in ACTING))
 Tables = Mapping[str, Mapping[str, Any]]  #: the keys of the elements of each kind, by table and name
 
 
-def elements_of(tables: Tables, kinds: Iterable[Element[Any]] = KINDS) -> Iterator[tuple[Element[Any], str, Any]]:
+def all_elements_of(tables: Tables, kinds: Iterable[Element[Any]] = KINDS) -> Iterator[tuple[Element[Any], str, Any]]:
     """Yield kind, name and keys of all elements."""
     for kind in kinds:
         for name, keys in tables[kind.table].items():
             yield kind, name, keys
 
 
-def acting_of(tables: Tables) -> Iterator[tuple[Element[Any], str, Any]]:
+def elements_of(tables: Tables) -> Iterator[tuple[Element[Any], str, Any]]:
     """Yield kind, name and keys of the elements that act on bodies, in the order of their rows."""
-    return elements_of(tables, ACTING)
+    return all_elements_of(tables, ACTING)
 
 
 def couplings_by_name(tables: Tables) -> dict[str, Coupled]:
     """Return the coordinates that elements couple, by the elements' names."""
-    found = ((name, kind.couples(keys)) for kind, name, keys in elements_of(tables))
+    found = ((name, kind.couples(keys)) for kind, name, keys in all_elements_of(tables))
     return {name: one for name, one in found if one is not None}
 
 
 def pushes_of(tables: Tables) -> list[Push]:
     """List the pushes of elements along coordinates, in the order of `PUSHING`."""
-    return [kind.push(keys) for kind, _, keys in elements_of(tables) if kind.push is not None]
+    return [kind.push(keys) for kind, _, keys in all_elements_of(tables) if kind.push is not None]
 
 
 def contacts_by_label(tables: Tables) -> dict[str, Barrier | Edge]:
     """Return the contacts of elements by their names."""
-    parts = elements_of(tables)
+    parts = all_elements_of(tables)
     return {f"{name}{end}": one for kind, name, keys in parts for end, one in kind.contacts(keys).items()}
 
 
@@ -97,7 +97,7 @@ def owner_of(tables: Tables, quantity: str) -> tuple[str, str]:
 
 def functions_of(tables: Tables) -> Iterator[tuple[str, str, Function]]:
     """Yield table, name and each function of the elements."""
-    for kind, name, keys in elements_of(tables):
+    for kind, name, keys in all_elements_of(tables):
         for functions in kind.functions_of(keys, name).values():
             yield from ((kind.table, name, function) for function in functions)
 

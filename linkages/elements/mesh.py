@@ -116,8 +116,8 @@ _CLOSING = "rate of the penetration"
 _DELIVERED = {"power": "power that the load delivers to the linkage [W]"}
 _LOAD = "load"  # the output of a contact that is its force
 
-#: With backlash of a revolute joint, or a prismatic one; its flanks; without backlash.
-OUTPUTS = (
+#: With backlash: of a revolute second joint, of a prismatic one.
+_LOOSE = (
     Quantities(
         "GEAR (backlash)",
         {"torque": f"torque {_ON_SECOND} [N m]"}
@@ -132,6 +132,9 @@ OUTPUTS = (
         | {"displacement": "displacement of the second joint from the middle of the play [m]"},
         Source.BETWEEN,
     ),
+)
+#: Of the flanks: with a torque against an angle, with a force along a length.
+_FLANKS = (
     Quantities(
         "FLANK (angle)",
         {
@@ -154,22 +157,26 @@ OUTPUTS = (
         Source.CONTACT,
         {"force": _LOAD},
     ),
+)
+#: Without backlash, and in the linkage with ideal joints: of a revolute second joint, of a prismatic one.
+_CLOSED = (
     Quantities("GEAR (revolute)", {"torque": f"torque {_ON_SECOND} [N m]"} | _TRANSMITTED, Source.REACTION),
     Quantities("GEAR (prismatic)", {"force": f"force {_ON_SECOND} [N]"} | _TRANSMITTED, Source.REACTION),
 )
+OUTPUTS = (*_LOOSE, *_FLANKS, *_CLOSED)
 
 
 def sort(mesh: Mesh, slides: Slides) -> Sequence[int]:
     """Return the indices of its outputs; with backlash those of the flanks too, and of the ideal linkage."""
-    rack = int(slides(mesh.joints[1]))
-    return (4 + rack,) if mesh.backlash is None else (*sort_with_backlash(mesh, slides), 4 + rack)
+    closed = OUTPUTS.index(_CLOSED[slides(mesh.joints[1])])
+    return (closed,) if mesh.backlash is None else (*sort_with_backlash(mesh, slides), closed)
 
 
 def sort_with_backlash(mesh: Mesh, slides: Slides) -> Sequence[int]:
     """Return the indices of its outputs with backlash, and of the flanks'."""
     rack = slides(mesh.joints[1])
     along = rack or (mesh.backlash is not None and mesh.backlash.normal is not None)
-    return int(rack), 2 + int(along)
+    return OUTPUTS.index(_LOOSE[rack]), OUTPUTS.index(_FLANKS[along])
 
 
 def warns(named: Mapping[str, Mesh], locked: Sequence[str]) -> Iterator[Warned]:

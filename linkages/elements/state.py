@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from linkages.elements.analyses import SAMPLED
+from linkages.elements.analysis import SAMPLED
 from linkages.elements.element import Checks, Element
 from linkages.input.files.toml import Finite, Positive, Table
 from linkages.input.functions.definitions import Definition, Quantity, formula

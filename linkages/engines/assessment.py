@@ -8,11 +8,11 @@ from typing import TypeVar
 
 from linkages.base.arguments import Names, validated
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
+from linkages.elements.analysis import Analysis
 from linkages.engines import DEFAULT, check_engine
 from linkages.engines import engine as load_engine
 from linkages.engines.methods import expect_run
 from linkages.engines.repetition import finer_cells, tightened
-from linkages.input.model.capabilities import Analysis
 from linkages.laws.heat import NEAR
 from linkages.results.assessment import SMOOTHINGS, Assessment
 from linkages.results.derivatives import Wrt

@@ -19,7 +19,7 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.brief import Brief
 from linkages.base.errors import Status, TimeOverError
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.engines import ENGINES, check_engine
 from linkages.engines.assessment import simulate
 from linkages.results.assessment import touching

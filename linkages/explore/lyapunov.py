@@ -15,7 +15,7 @@ from linkages.base.arguments import Count, Whole, validated
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.system import System
 

@@ -10,7 +10,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, RunError, Status
 from linkages.base.kernel.private import OFF
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.run.linear import slopes
 from linkages.engines.compiled.run.model import per_length
 from linkages.engines.compiled.run.replay import Steps

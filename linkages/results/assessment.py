@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.brief import Brief
-from linkages.elements.machine import elements_of
+from linkages.elements.machine import all_elements_of
 from linkages.elements.outputs import Quantities, Source
 from linkages.results.characteristics import peak_columns
 from linkages.results.derivatives import NONE
@@ -246,7 +246,7 @@ class Assessment(Brief):
 
 def touching(system: System) -> list[str]:
     """Return the contacts that can touch: joints, corners of guides, flanks, prismatic stops, points at lines."""
-    parts, slides = elements_of(system.parts), system.slides
+    parts, slides = all_elements_of(system.parts), system.slides
     turning = {name for kind, name, keys in parts if _gives_torque(kind.outputs_of(keys, slides))}
     able = zip(system.contacts, system.touching, strict=True)
     return [label for (_, label), one in able if one and label not in turning]

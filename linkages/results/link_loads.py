@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.elements.machine import acting_of, add_elements, apart, markers_of
+from linkages.elements.machine import add_elements, apart, elements_of, markers_of
 from linkages.mechanics.planar.arrays import functions_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.loads import load_wrenches
@@ -169,7 +169,7 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     """Yield the forces of applied loads, stops, points at lines, and gears."""
     model, w = seen.model, seen.state
     functions = functions_of(model)
-    for (_, name, _), one in zip(acting_of(system.parts), apart(model.elements), strict=True):
+    for (_, name, _), one in zip(elements_of(system.parts), apart(model.elements), strict=True):
         wrench = np.zeros_like(w.wrench)
         add_elements(one, functions, time, w.v, w.pose, w.vel, wrench)
         yield from _split(seen, name, wrench, markers_of(one))

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from linkages.base.errors import Status, listed_briefly
-from linkages.elements.machine import elements_of
+from linkages.elements.machine import all_elements_of
 from linkages.results.assessment import Assessment
 from linkages.results.films import heat_warnings
 from linkages.results.impacts import Impact
@@ -148,7 +148,7 @@ def _of_elements(system: System) -> list[RunWarning]:
     """List the warnings about the elements of a machine, such as couplings that lock each other."""
     closed = [*system.tree.coupled]
     together: dict[Any, dict[str, Any]] = {}
-    for kind, name, keys in elements_of(system.parts):
+    for kind, name, keys in all_elements_of(system.parts):
         if kind.warns is not None:
             together.setdefault(kind.warns, {})[name] = keys
     locking = system.locking_couplings if closed else []

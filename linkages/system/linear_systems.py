@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.elements.machine import KINDS, elements_of, record_of
+from linkages.elements.machine import KINDS, all_elements_of, record_of
 from linkages.mechanics.planar.motion import Motions, raised
 from linkages.system.assembly import Assembly
 from linkages.system.deflection import deflected
@@ -116,7 +116,7 @@ def inputs(system: System) -> dict[str, tuple[str, str, int]]:
         for k, name in enumerate(system.tree.powered)
     }
     tables = system.experiment.elements
-    for kind, name, _ in elements_of(tables):
+    for kind, name, _ in all_elements_of(tables):
         if (applied := kind.applied) is not None:
             first = int(record_of(system.elements, tables, kind.table, name)[applied.field])
             units = enumerate(applied.units.items(), first)

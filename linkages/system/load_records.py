@@ -16,7 +16,7 @@ from linkages.base.arrays import Records
 from linkages.base.errors import InputError
 from linkages.elements.contact_tables import ContactTable, FrictionTable
 from linkages.elements.coordinates import Barrier, Edge
-from linkages.elements.machine import acting_of, count, owner_of, pack_elements, pushes_of, tell_elements
+from linkages.elements.machine import count, elements_of, owner_of, pack_elements, pushes_of, tell_elements
 from linkages.input.functions.definitions import (
     TIME,
     Curve,
@@ -165,7 +165,7 @@ def check_elements(tree: Tree, experiment: Experiment, packed: Packed, q: Array,
     body_states(tree.bodies, q, v, pose, vel)
     rates = np.concatenate([v, [one.start for one in experiment.own_states.values()]])
     tell_elements(packed.elements, packed.functions, 0.0, rates, 0, pose, vel, rows)
-    for (kind, name, keys), row in zip(acting_of(experiment.elements), rows, strict=True):
+    for (kind, name, keys), row in zip(elements_of(experiment.elements), rows, strict=True):
         if problem := kind.problem_at_start(keys, row, _COINCIDENT * tree.extent):
             raise InputError(experiment.source, f"{kind.table}.{name}", problem)
         if not np.isfinite(row).all():

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.elements.coordinates import Coupled
-from linkages.elements.machine import elements_of
+from linkages.elements.machine import all_elements_of
 from linkages.input.functions.definitions import Quantity
 from linkages.input.functions.recorded_tables import FromFile
 from linkages.input.model.capabilities import check_analysis
@@ -191,7 +191,7 @@ class Unassembled(Brief):
     def rotors(self) -> dict[str, float]:
         """Return the inertias of links with those of the rotors that turn with them, by path."""
         found: dict[str, float] = {}
-        for kind, _, keys in elements_of(self.experiment.elements):
+        for kind, _, keys in all_elements_of(self.experiment.elements):
             rotor = kind.rotor(keys)
             if rotor is not None and rotor.inertia:
                 joint = self.mechanism.joint[rotor.joint]
@@ -239,7 +239,7 @@ class Unassembled(Brief):
         scale[moved[moved >= 0]] = 1.0 / extent
         start = np.abs(rates * scale)[self.tree.joint_dofs]
         forces = [mass * float(np.linalg.norm(self.gravity))]
-        parts = elements_of(experiment.elements)
+        parts = all_elements_of(experiment.elements)
         forces += [kind.force(keys, self.mechanism.slides, extent) for kind, _, keys in parts]
         for drive in experiment.drives.values():
             forces += [_magnitude(drive.torque) / extent, _magnitude(drive.torques) / extent]

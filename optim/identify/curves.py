@@ -8,7 +8,7 @@ import numpy as np
 
 from linkages import InputError, RunError, Status, System
 from linkages.base.arrays import Array
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.engines.assessment import differentiated
 from linkages.engines.compiled.batch.batch import run_batch
 from linkages.results.outputs.columns import Columns

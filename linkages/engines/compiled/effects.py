@@ -18,7 +18,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, listed
 from linkages.base.kernel.block import Contents, contents
-from linkages.elements.machine import elements_of
+from linkages.elements.machine import all_elements_of
 from linkages.engines.compiled.run.job import make_given
 from linkages.input.model.mechanism import Frame, Link
 from linkages.mechanics.planar.kinematics import poses_at
@@ -160,7 +160,7 @@ def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
 
 def _counts_from_reference(system: System) -> bool:
     """Check for parts that count coordinates or directions from the reference configuration."""
-    counting = any(kind.from_reference for kind, _, _ in elements_of(system.parts))
+    counting = any(kind.from_reference for kind, _, _ in all_elements_of(system.parts))
     oriented = any(model.feed or model.is_tilted or model.is_worn for model in system.models)
     return counting or bool(system.quantities) or oriented or bool(system.tree.flexible)
 

@@ -11,7 +11,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import Status, TimeOverError
 from linkages.base.signals import deferred
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.engines.budget import WINDOW, Budget, most
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join

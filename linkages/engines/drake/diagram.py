@@ -15,7 +15,7 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventSta
 from pydrake.systems.primitives import Adder, ConstantVectorSource
 
 from linkages.base.errors import InputError, Status
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.engines.budget import Budget
 from linkages.engines.drake.clearance import ClearanceJoints, JointsWithStates
 from linkages.engines.drake.drives import Drives, StatefulDrives

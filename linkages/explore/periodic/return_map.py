@@ -15,7 +15,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.derivatives.sensitivity import differentiate
 from linkages.engines.compiled.run.linear import closure_at
 from linkages.engines.compiled.run.model import per_length

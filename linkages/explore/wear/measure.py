@@ -11,7 +11,7 @@ from scipy.special import ndtri, stdtrit
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.run.replay import Steps
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.laws.wear.archard import SAMPLE, fill_moments

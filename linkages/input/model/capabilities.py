@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 from linkages.base.errors import InputError
-from linkages.elements.analyses import Analysis
-from linkages.elements.machine import elements_of
+from linkages.elements.analysis import Analysis
+from linkages.elements.machine import all_elements_of
 from linkages.input.model.experiment import Experiment
 
 
@@ -41,9 +41,9 @@ UNSUPPORTED = (
 def _of_elements(experiment: Experiment, analysis: Analysis) -> Iterator[tuple[str, str]]:
     """Yield path and problem of the elements' models that an analysis does not support."""
     turns = any(drive.prescribed and drive.speed for drive in experiment.drives.values())
-    for kind, name, keys in elements_of(experiment.elements):
+    for kind, name, keys in all_elements_of(experiment.elements):
         for model in kind.unsupported:
-            if analysis in model.problems and model.has(keys, turns):
+            if analysis in model.problems and model.applies(keys) and (turns or not model.turning):
                 yield f"{kind.path(name)}.{model.key}", model.problems[analysis]
 
 

@@ -12,9 +12,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 from linkages.base.errors import InputError, nearest
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.elements.contact_tables import ContactTable
-from linkages.elements.machine import KINDS, OF_ELEMENTS, TABLES, elements_of, owner_of
+from linkages.elements.machine import KINDS, OF_ELEMENTS, TABLES, all_elements_of, owner_of
 from linkages.elements.pictures import Point
 from linkages.input.files.formula import CONSTANTS, FUNCTIONS, shown
 from linkages.input.files.table_keys import bracketed
@@ -127,7 +127,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
         else:
             getattr(load, table)(getattr(experiment, table)[name])
     derived = (kind for kind in KINDS if kind.derived is not None)
-    for kind, name, keys in elements_of(experiment.elements, derived):
+    for kind, name, keys in all_elements_of(experiment.elements, derived):
         kind.check(keys, _Check(mechanism, experiment, kind.path(name)))
     _check_quantities(mechanism, experiment)
     for name, window in experiment.windows.items():

@@ -29,9 +29,9 @@ from linkages.elements.machine import (
     KINDS,
     PUSHING,
     TABLES,
+    all_elements_of,
     contacts_by_label,
     couplings_by_name,
-    elements_of,
     functions_of,
     quantities_of,
 )
@@ -279,7 +279,7 @@ class Experiment(Brief, Table):
     def acting(self) -> tuple[tuple[str, str], ...]:
         """Return the named elements, and those that are derived from other tables."""
         derived = (kind for kind in KINDS if kind.derived is not None)
-        return self.named + tuple((kind.table, name) for kind, name, _ in elements_of(self.elements, derived))
+        return self.named + tuple((kind.table, name) for kind, name, _ in all_elements_of(self.elements, derived))
 
     @property
     def coupled(self) -> dict[str, Coupled]:
@@ -314,7 +314,7 @@ class Experiment(Brief, Table):
     @property
     def couplings_alone(self) -> dict[str, Any]:
         """Return the tables of the elements that couple coordinates, as the linkage with ideal joints has them."""
-        tables = {kind.table for kind, _, keys in elements_of(self.elements) if kind.couples(keys) is not None}
+        tables = {kind.table for kind, _, keys in all_elements_of(self.elements) if kind.couples(keys) is not None}
         return {table: _perfect(getattr(self, table)) for table in TABLES if table in tables}
 
     def value(self, path: str) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
-from linkages.elements.machine import KINDS, acting_of, elements_of
+from linkages.elements.machine import KINDS, all_elements_of, elements_of
 from linkages.elements.outputs import Quantities, Source
 from linkages.mechanics.planar.closure_rows import term_rate
 from linkages.mechanics.planar.contacts import COUPLE, PENETRATION
@@ -45,7 +45,7 @@ def _at_row(system: System, name: str) -> OutputPlace:
     loads = [load for _, load in system.named_loads]
     if name in loads:
         return OutputPlace(loads.index(name))
-    names = [name for _, name, _ in acting_of(system.parts)]
+    names = [name for _, name, _ in elements_of(system.parts)]
     return OutputPlace(len(system.loads[0]) + names.index(name))
 
 
@@ -84,7 +84,7 @@ def _owner(outputs: Quantities) -> Owner:
     """Make the owner of outputs of elements: the elements, or their contacts, that have these."""
 
     def names(system: System) -> Iterable[str]:
-        parts, slides = elements_of(system.parts), system.slides
+        parts, slides = all_elements_of(system.parts), system.slides
         found = [(kind, name, keys) for kind, name, keys in parts if outputs in kind.outputs_of(keys, slides)]
         if outputs.source is Source.CONTACT:
             return [f"{name}{end}" for kind, name, keys in found for end in kind.contacts(keys)]

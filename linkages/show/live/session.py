@@ -19,7 +19,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.engines.assessment import ideal, simulate
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of

@@ -14,7 +14,7 @@ from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, Status
 from linkages.base.kernel import Array, Indices
 from linkages.base.packages import needed
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.batch.designs import designs_of
 from linkages.engines.compiled.batch.runs import STATISTICS_WITH_RATES, Runs, differentiate_runs
 from linkages.engines.compiled.batch.statistics import STATISTICS

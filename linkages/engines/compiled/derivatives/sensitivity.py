@@ -15,7 +15,7 @@ from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.dual import DIRECTIONS
 from linkages.base.kernel.private import OFF
 from linkages.base.kernel.simd import WIDTH as LANES
-from linkages.elements.analyses import Analysis
+from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.derivatives.neighbours import neighbours
 from linkages.engines.compiled.derivatives.output_derivatives import IdealMotions, OutputTable
 from linkages.engines.compiled.derivatives.run_derivatives import (

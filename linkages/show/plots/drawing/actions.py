@@ -8,7 +8,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError
-from linkages.elements.machine import acting_of, elements_of, tell_elements
+from linkages.elements.machine import all_elements_of, elements_of, tell_elements
 from linkages.elements.pictures import (
     Around,
     Arrow,
@@ -48,7 +48,7 @@ class Done:
 
     def all(self, experiment: Experiment) -> Iterator[Shape]:
         """Draw all elements."""
-        for kind, name, keys in elements_of(experiment.elements):
+        for kind, name, keys in all_elements_of(experiment.elements):
             for picture in kind.picture(keys, self):
                 yield from self._part(name, picture)
 
@@ -188,7 +188,7 @@ def strongest(system: System, scene: Scene) -> Mapping[str, Array]:
     the start are used; zero loads are omitted.
     """
     ideal = system.ideal()
-    parts = [(name, _values_drawn(kind.picture(keys, scene))) for kind, name, keys in acting_of(ideal.parts)]
+    parts = [(name, _values_drawn(kind.picture(keys, scene))) for kind, name, keys in elements_of(ideal.parts)]
     if not any(count for _, count in parts):
         return {}
     try:

@@ -9,7 +9,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError
-from linkages.elements.machine import elements_of
+from linkages.elements.machine import all_elements_of
 from linkages.explore.range_of_motion import Travel, movable, travel
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.plausibility import doubts
@@ -83,7 +83,7 @@ def draw(asked: System) -> Drawing:
         tree = spanning_tree(mechanism)
         pose = _pose(tree, np.zeros(tree.size))
     poses = np.concatenate([pose[None], *(way.pose[:, :, :3] for way in ways)])
-    elements = elements_of(experiment.elements)
+    elements = all_elements_of(experiment.elements)
     fixed = [point for kind, _, keys in elements for point in kind.points(keys) if not isinstance(point, str)]
     anchors = [np.array(anchor) for anchor in fixed]
 

@@ -1,11 +1,10 @@
-"""Analyses, and the models of elements that some of them cannot treat."""
+"""What is done with a machine, and why an element cannot take part in it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 
 class Analysis(StrEnum):
@@ -22,19 +21,19 @@ class Analysis(StrEnum):
     EQUILIBRIUM = 'start = "equilibrium"'
 
 
-@dataclass(frozen=True)
-class Unsupported:
-    """A model of elements that some analyses cannot treat."""
+class Refusal(NamedTuple):
+    """Analyses that cannot treat the elements with some keys."""
 
-    key: str  # that gives an element this model
-    has: Callable[[Any, bool], bool]  # of its keys, and whether a drive turns steadily
+    key: str  # that is wrong
+    applies: Callable[[Any], bool]  # whether an element's keys are such
     problems: Mapping[Analysis, str]  # what is wrong, and the remedy
+    turning: bool = False  # whether only in machines that a drive turns steadily
 
 
 #: Of elements with a ``sample_time``.
-SAMPLED = Unsupported(
+SAMPLED = Refusal(
     "sample_time",
-    lambda keys, turns: keys.sample_time is not None,
+    lambda keys: keys.sample_time is not None,
     {
         analysis: f"makes sampling instants, which {analysis} cannot follow; make it continuous"
         for analysis in (Analysis.DIAGRAM, Analysis.PERIODIC, Analysis.EXPONENT, Analysis.LINEAR)
