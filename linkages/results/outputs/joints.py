@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from linkages.elements.element import Element, Quantities
-from linkages.elements.machine import ACTING, elements_of
+from linkages.elements.machine import KINDS, elements_of
 from linkages.mechanics.planar.closure_rows import term_rate
 from linkages.mechanics.planar.loads import POWER, SECOND, VALUE
 from linkages.results.outputs.quantity import Declaration, OutputPlace, Owner, Snapshot, formula, quantities, quantity
@@ -142,7 +142,7 @@ def _of_sort(kind: Element[Any], outputs: Quantities) -> Owner:
 
 
 #: The elements of `linkages.elements`.
-OF_ELEMENTS = tuple(_of_sort(kind, outputs) for kind in ACTING for outputs in kind.outputs)
+OF_ELEMENTS = tuple(_of_sort(kind, outputs) for kind in KINDS for outputs in kind.outputs)
 
 
 def _at_gear(system: System, name: str) -> OutputPlace:
