@@ -211,6 +211,8 @@ class Element(Generic[K]):
         Analyses that cannot treat it.
     points : callable
         ``points(keys)`` are the points at which it acts on links.
+    from_reference : callable
+        ``from_reference(keys)`` tells whether it counts a coordinate or a direction from the reference configuration.
     rotor : callable
         ``rotor(keys)`` is the inertia that it adds to a joint.
     record : dtype, optional
@@ -250,6 +252,7 @@ class Element(Generic[K]):
     ideal_efforts: Callable[[K, str], Iterable[IdealEffort]] = lambda keys, name: ()
     unsupported: tuple[Refusal, ...] = ()
     points: Callable[[K], Iterable[Point]] = lambda keys: ()
+    from_reference: Callable[[K], bool] = lambda keys: False
     rotor: Callable[[K], Rotor | None] = lambda keys: None
     record: np.dtype[Any] | None = None
     pack: Callable[[K, Places], Mapping[str, Any]] = lambda keys, places: {}

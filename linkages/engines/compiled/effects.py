@@ -18,7 +18,9 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, listed
 from linkages.base.kernel.block import Contents, contents
+from linkages.elements.machine import elements_of
 from linkages.engines.compiled.run.job import make_given
+from linkages.input.functions.definitions import TIME
 from linkages.input.model.mechanism import Frame, Mechanism
 from linkages.mechanics.planar.kinematics import poses_at
 from linkages.results.outputs.registry import pack
@@ -149,9 +151,12 @@ def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
 def _counts_from_reference(system: System) -> bool:
     """Check for parts that count coordinates or directions from the reference configuration."""
     experiment = system.experiment
-    tables = experiment.stops, experiment.torsion_springs, experiment.gears, experiment.couplings, experiment.quantities
+    tables = experiment.stops, experiment.gears, experiment.couplings, experiment.quantities
     oriented = any(joint.feed or joint.is_tilted or joint.is_worn for joint in experiment.joints.values())
-    return any(map(bool, tables)) or oriented or bool(system.tree.flexible)
+    oriented |= any(touch.line is not None for touch in experiment.contacts.values())
+    oriented |= any(kind.from_reference(keys) for kind, _, keys in elements_of(experiment.elements))
+    reading = experiment.functions_read - {TIME}
+    return any(map(bool, tables)) or oriented or bool(reading) or bool(system.tree.flexible)
 
 
 def _inertias(mechanism: Mechanism) -> Array:
