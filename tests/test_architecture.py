@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from linkages.elements.machine import OF_ELEMENTS
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = sorted(file.parent for name in ("linkages", "optim") for file in (ROOT / name).rglob("__init__.py"))
 WITH_A_TABLE = [folder for folder in PACKAGES if len(list(folder.glob("*.py"))) > 2]
@@ -50,3 +52,11 @@ def test_table_of_folders_is_in_the_order_of_the_import_contract(package):
 def test_every_module_is_in_a_layer():
     layers = {".".join(name.split(".")[:2]) for layer in LAYERS for name in layer.split(" | ")}
     assert layers == {f"{package}.{name}" for package in ("linkages", "optim") for name in modules_of(ROOT / package)}
+
+
+@pytest.mark.parametrize("table", OF_ELEMENTS)
+def test_no_room_asks_an_experiment_for_a_kind_of_element_by_name(table):
+    """They loop over the kinds, so that a new kind needs no edit there."""
+    files = [file for name in ("linkages", "optim") for file in (ROOT / name).rglob("*.py")]
+    asked = re.compile(rf"\bexperiment\.{table}\b|getattr\((?:\w+\.)*experiment, \"{table}\"")
+    assert not [name_of(file) for file in files if asked.search(file.read_text(encoding="utf-8"))]
