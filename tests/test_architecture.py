@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from linkages.elements.machine import KINDS
+from linkages.elements.machine import KINDS, OF_ELEMENTS
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = sorted(file.parent for name in ("linkages", "optim") for file in (ROOT / name).rglob("__init__.py"))
@@ -109,3 +109,11 @@ def test_rooms_above_the_system_ask_it_and_not_its_input():
         file for place in places for file in (place.rglob("*.py") if place.is_dir() else [place.with_suffix(".py")])
     ]
     assert {file.relative_to(ROOT).as_posix() for file in files if reads_input(file)} == set(READERS)
+
+
+@pytest.mark.parametrize("table", OF_ELEMENTS)
+def test_no_room_asks_an_experiment_for_a_kind_of_element_by_name(table):
+    """They loop over the kinds, so that a new kind needs no edit there."""
+    files = [file for name in ("linkages", "optim") for file in (ROOT / name).rglob("*.py")]
+    asked = re.compile(rf"\bexperiment\.{table}\b|getattr\((?:\w+\.)*experiment, \"{table}\"")
+    assert not [name_of(file) for file in files if asked.search(file.read_text(encoding="utf-8"))]

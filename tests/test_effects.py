@@ -268,6 +268,30 @@ def test_the_direction_of_an_output_counts(tmp_path):
     assert not varied(system, path, [0.0, 0.1], ["crank_A.angle"])
 
 
+LAW = 'contact = { law = "flores", restitution = 0.7, stiffness = 1e6 }'
+#: Part -> its table, and a value that turns the reference configuration or a frame.
+COUNTING = {
+    "a torque over a coordinate": (
+        '[torques.T]\njoint = "A"\nover = "A.coordinate"\nat = [-9, 9]\ntorques = [-1, 1]\n',
+        "sdf.links.rod.pose.yaw",
+    ),
+    "a torque by a formula": ('[torques.T]\njoint = "A"\nformula = "-0.5*rod.angle"\n', "sdf.links.rod.pose.yaw"),
+    "a force in axes of a frame": (
+        '[forces.F]\npoint = "rod_B"\naxes = "body"\nforce = [1.0, 2.0]\n',
+        "sdf.frames.rod_B.pose.yaw",
+    ),
+    "a line on a link": (f'[contacts.C]\npoint = "slider"\nline = "rod_B"\n{LAW}\n', "sdf.frames.rod_B.pose.yaw"),
+}
+
+
+@pytest.mark.parametrize("part", COUNTING)
+def test_what_counts_from_the_reference_configuration_is_changed_with_it(part, tmp_path):
+    text, path = COUNTING[part]
+    file = new(tmp_path)
+    file.write_text(f"{file.read_text()}\n{text}")
+    assert not varied(load(file), path, [0.0, 0.1])
+
+
 def test_the_page_refuses_it_until_it_is_changed_back(tmp_path):
     system = load(old(tmp_path, DRY))
     answers = Answers(Session(system), controls(system), tmp_path)

@@ -196,6 +196,8 @@ class Element(Generic[K]):
         ``ideal_efforts(keys, name)`` are the quantities that are computed from the ideal machine.
     points : callable
         ``points(keys)`` are the points at which it acts on links.
+    from_reference : callable
+        ``from_reference(keys)`` tells whether it counts a coordinate or a direction from the reference configuration.
     rotor : callable
         ``rotor(keys)`` is the inertia that it adds to a joint.
     record : dtype, optional
@@ -238,8 +240,6 @@ class Element(Generic[K]):
         Models that some analyses cannot treat.
     linear : bool
         Whether linear models include it.
-    from_reference : bool
-        Whether its numbers count from the reference configuration.
     completed : callable
         ``completed(keys, meet)`` adds to the keys of an imported element what the machine decides, see `Checks.meet`.
     """
@@ -254,6 +254,7 @@ class Element(Generic[K]):
     unit: Callable[[K], str] | None = None
     ideal_efforts: Callable[[K, str], Iterable[IdealEffort]] = lambda keys, name: ()
     points: Callable[[K], Iterable[Point]] = lambda keys: ()
+    from_reference: Callable[[K], bool] = lambda keys: False
     rotor: Callable[[K], Rotor | None] = lambda keys: None
     record: np.dtype[Any] | None = None
     pack: Callable[[K, Places], Mapping[str, Any]] = lambda keys, places: {}
@@ -272,7 +273,6 @@ class Element(Generic[K]):
     warns: Callable[[Mapping[str, K], Sequence[str]], Iterable[Warned]] | None = None
     unsupported: tuple[Refusal, ...] = ()
     linear: bool = True
-    from_reference: bool = False
     completed: Callable[[Mapping[str, Any], Callable[[str, str], bool]], Mapping[str, Any]] = lambda keys, meet: keys
 
     @property

@@ -106,6 +106,7 @@ FORCE = Element(
     keys=Force,
     check=check,
     points=lambda force: (force.point,),
+    from_reference=lambda force: force.axes == "body",
     record=RECORD,
     pack=pack,
     functions=functions,

@@ -1,6 +1,7 @@
 """The elements of a machine in arrays, and one compiled loop for each kind.
 
 A machine compiles the loops of the kinds that it has: they are lazy kernels, which contain the kernels of their kind.
+The kinds whose kernels read functions come last, so that the inputs of functions are computed once for all of them.
 """
 
 from __future__ import annotations
@@ -12,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from linkages.base.arrays import Array, Records
-from linkages.base.kernel import kernel, lazy_kernel
+from linkages.base.kernel import kernel, lazy_kernel, record_type
 from linkages.elements.controller import CONTROLLER
 from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
 from linkages.elements.coupling import COUPLING
-from linkages.elements.element import Element, Places
+from linkages.elements.element import VALUE, Element, Places
 from linkages.elements.force import FORCE
 from linkages.elements.friction import FRICTION
 from linkages.elements.gear import GEAR
@@ -28,11 +29,12 @@ from linkages.elements.stop import STOP
 from linkages.elements.torque import TORQUE
 from linkages.elements.torsion_spring import TORSION_SPRING
 from linkages.elements.touch import TOUCH
-from linkages.input.functions.definitions import Function, Quantity
-from linkages.mechanics.planar.functions import Functions, given_at
+from linkages.input.functions.definitions import Function, Quantity, named
+from linkages.mechanics.planar.functions import given_at, value_of
+from linkages.mechanics.planar.motion import Curves
 from linkages.mechanics.planar.record_types import MARKER
 
-#: All kinds, in the order in which their forces are added, and their states are in the state vector.
+#: All kinds, in the order of their outputs and of their states in the state vector.
 KINDS: tuple[Element[Any], ...] = (
     *(FORCE, TORQUE, FRICTION, SPRING, TORSION_SPRING, STATE, MOTOR, CONTROLLER),
     *(STOP, GEAR, COUPLING, GEARBOX, TOUCH),
@@ -41,12 +43,19 @@ KINDS: tuple[Element[Any], ...] = (
 OF_ELEMENTS = {kind.table: kind for kind in KINDS}  #: the kinds, by their tables
 TABLES = tuple(kind.table for kind in KINDS if kind.derived is None)  #: of experiments
 PUSHING = tuple(kind.table for kind in KINDS if kind.push is not None)  #: whose elements are loads
-ACTING = tuple(kind for kind in KINDS if kind.record is not None)  #: the kinds that act on bodies
 DEFINING = tuple(kind for kind in KINDS if kind.quantities is not None)  #: the kinds that define quantities
+_PLAIN = tuple(kind for kind in KINDS if kind.record is not None and kind.functions is None)
+_READING = tuple(kind for kind in KINDS if kind.record is not None and kind.functions is not None)
+#: The kinds that act on bodies, in the order in which their forces are added, and of their rows.
+ACTING = _PLAIN + _READING
 
-#: The records of each kind that acts on bodies, by its table.
-Elements: Any = namedtuple("Elements", [kind.table for kind in ACTING])  # type: ignore[misc] # made of the kinds
-NO_ELEMENTS = Elements(*(np.zeros(0, kind.record) for kind in ACTING))
+#: A quantity that elements define, as an output.
+TOLD = record_type(function="i8")
+
+_named_tuple: Any = namedtuple  # whose fields no type checker knows
+#: The records of each kind that acts on bodies, by its table; then those of the quantities.
+Elements: Any = _named_tuple("Elements", [*(kind.table for kind in ACTING), "told"])
+NO_ELEMENTS = Elements(*(np.zeros(0, kind.record) for kind in ACTING), np.zeros(0, TOLD))
 
 Tables = Mapping[str, Mapping[str, Any]]  #: the keys of the elements of each kind, by table and name
 
@@ -104,7 +113,9 @@ def functions_of(tables: Tables) -> Iterator[tuple[str, str, Function]]:
 
 def pack_elements(tables: Tables, places: Places, add: Callable[[Sequence[Function]], int]) -> Any:
     """Make the records of all elements, as `Elements`; ``add`` adds functions, and returns the index of the first."""
-    return Elements(*(_records(kind, tables[kind.table], places, add) for kind in ACTING))
+    records = [_records(kind, tables[kind.table], places, add) for kind in ACTING]
+    told = np.array([add([named(name)]) for name in quantities_of(tables)], np.int64)
+    return Elements(*records, told.view(TOLD))
 
 
 def _records(
@@ -126,15 +137,16 @@ def record_of(elements: Any, tables: Tables, table: str, name: str) -> np.record
 
 
 def count(elements: Sequence[Records]) -> int:
-    """Count the elements, each of which has a row in the table of `tell_elements`."""
+    """Count the elements and quantities, each of which has a row in the table of `tell_elements`."""
     return sum(map(len, elements))
 
 
 def apart(elements: Any) -> Iterator[Any]:
     """Yield each element alone, in the order of their rows."""
-    for table, records in zip(elements._fields, elements, strict=True):
+    for kind in ACTING:
+        records = getattr(elements, kind.table)
         for k in range(len(records)):
-            yield NO_ELEMENTS._replace(**{table: records[k : k + 1]})
+            yield NO_ELEMENTS._replace(**{kind.table: records[k : k + 1]})
 
 
 def markers_of(elements: Sequence[Records]) -> list[np.record]:
@@ -151,14 +163,15 @@ def _markers(record: Any) -> Iterator[np.record]:
 
 
 def _loops(loop: Callable[[Element[Any]], Callable[..., None]]) -> dict[str, Any]:
-    """Make the loop of each kind over a duty, as lazy kernels of different names."""
-    found = {}
-    for kind in ACTING:
-        made = loop(kind)
-        name = f"{loop.__name__.removeprefix('_')}_{kind.table}"
-        made.__qualname__ = made.__name__ = name
-        found[name] = globals()[name] = lazy_kernel(makes_arrays=kind.functions is not None)(made)
-    return found
+    """Make the loop of each kind over a duty, by the kind's table."""
+    return {kind.table: _lazy(f"{loop.__name__.removeprefix('_')}_{kind.table}", loop(kind)) for kind in ACTING}
+
+
+def _lazy(name: str, function: Any, makes_arrays: bool = False) -> Any:
+    """Make a lazy kernel of a function, under a name of this module."""
+    function.__qualname__ = function.__name__ = name
+    globals()[name] = lazy_kernel(makes_arrays=makes_arrays)(function)
+    return globals()[name]
 
 
 def _act(kind: Element[Any]) -> Callable[..., None]:
@@ -168,14 +181,11 @@ def _act(kind: Element[Any]) -> Callable[..., None]:
         for k in range(len(elements)):
             act(elements[k], pose, vel, wrench)
 
-    def loop_with_functions(
-        elements: Records, functions: Functions, t: float, v: Array, pose: Array, vel: Array, wrench: Array
-    ) -> None:
-        given = given_at(functions, t, v, pose, vel)
+    def reading(elements: Records, curves: Curves, inputs: Array, pose: Array, vel: Array, wrench: Array) -> None:
         for k in range(len(elements)):
-            act(elements[k], given, pose, vel, wrench)
+            act(elements[k], (curves, inputs), pose, vel, wrench)
 
-    return loop if kind.functions is None else loop_with_functions
+    return loop if kind.functions is None else reading
 
 
 def _tell(kind: Element[Any]) -> Callable[..., None]:
@@ -185,31 +195,61 @@ def _tell(kind: Element[Any]) -> Callable[..., None]:
         for k in range(len(elements)):
             tell(elements[k], pose, vel, rows[first + k])
 
-    def loop_with_functions(
-        elements: Records, functions: Functions, t: float, v: Array, first: int, pose: Array, vel: Array, rows: Array
+    def reading(
+        elements: Records, curves: Curves, inputs: Array, first: int, pose: Array, vel: Array, rows: Array
     ) -> None:
-        given = given_at(functions, t, v, pose, vel)
         for k in range(len(elements)):
-            tell(elements[k], given, pose, vel, rows[first + k])
+            tell(elements[k], (curves, inputs), pose, vel, rows[first + k])
 
-    return loop if kind.functions is None else loop_with_functions
+    return loop if kind.functions is None else reading
 
 
-def _in_turn(name: str, parameters: str, loops: dict[str, Any], after: str = "") -> Any:
-    """Make the kernel that calls the loops of the kinds that a machine has."""
-    lines = [f"def {name}(elements, functions, t, v, {parameters}) -> None:"]
-    for loop, kind in zip(loops, ACTING, strict=True):
-        given = "" if kind.functions is None else "functions, t, v, "
-        lines += [f"    if len(elements.{kind.table}):", f"        {loop}(elements.{kind.table}, {given}{parameters})"]
-        lines += [f"    {after.format(table=kind.table)}"] if after else []
-    names = loops | {"__name__": __name__}
-    exec("\n".join(lines), names)
-    return kernel(names[name])
+@lazy_kernel
+def tell_quantities(
+    told: Records, curves: Curves, inputs: Array, first: int, pose: Array, vel: Array, rows: Array
+) -> None:
+    """Fill the rows of the quantities: their values."""
+    for k in range(len(told)):
+        row = rows[first + k]
+        row[:] = 0.0
+        row[VALUE] = value_of((curves, inputs), told[k].function)
+
+
+def _in_turn(duty: str, parameters: str, loops: dict[str, Any], after: str = "") -> Any:
+    """Make the kernel that calls the loops of the kinds that a machine has; see `_calls`."""
+    head = f"(elements, functions, t, v, {parameters}) -> None:"
+    plain = [kind.table for kind in _PLAIN]
+    reading = [table for table in loops if table not in plain]
+    lines = [f"def {duty}_elements{head}", *_calls(plain, parameters, after)]
+    lines += [f"    if {' or '.join(f'len(elements.{table})' for table in reading)}:"]
+    lines += [f"        reading(elements, functions, t, v, {parameters})"]
+    inner = [f"def reading{head}", "    curves, inputs = given_at(functions, t, v, pose, vel)"]
+    inner += _calls(reading, f"curves, inputs, {parameters}", after)
+    made = _made("reading", inner, loops)
+    return kernel(_made(f"{duty}_elements", lines, loops | {"reading": _lazy(f"{duty}_reading", made, True)}))
+
+
+def _calls(tables: Iterable[str], parameters: str, after: str) -> Iterator[str]:
+    """Yield the lines that call the loops of some tables."""
+    for table in tables:
+        yield f"    if len(elements.{table}):"
+        yield f"        {table}(elements.{table}, {parameters})"
+        if after:
+            yield f"    {after.format(table=table)}"
+
+
+def _made(name: str, lines: Iterable[str], names: Mapping[str, Any]) -> Any:
+    """Make a function of its lines, which call others by name."""
+    known = {**names, "given_at": given_at, "__name__": __name__}
+    exec("\n".join(lines), known)
+    return known[name]
 
 
 #: ``add_elements(elements, functions, t, v, pose, vel, wrench)`` adds the forces of all elements at time t [s] to the
 #: bodies' wrenches; v ends with the additional states.
-add_elements = _in_turn("add_elements", "pose, vel, wrench", _loops(_act))
-#: ``tell_elements(elements, functions, t, v, first, pose, vel, rows)`` fills the rows of all elements, from a first one
-#: on.
-tell_elements = _in_turn("tell_elements", "first, pose, vel, rows", _loops(_tell), "first += len(elements.{table})")
+add_elements = _in_turn("add", "pose, vel, wrench", _loops(_act))
+#: ``tell_elements(elements, functions, t, v, first, pose, vel, rows)`` fills the rows of all elements, then of the
+#: quantities that they define, from a first one on.
+tell_elements = _in_turn(
+    "tell", "first, pose, vel, rows", _loops(_tell) | {"told": tell_quantities}, "first += len(elements.{table})"
+)

@@ -254,4 +254,4 @@ def _belt(
 def duties() -> dict[str, Any]:
     """Return the duties that gears and couplings have in common."""
     own = {"check": check, "couples": couples, "contacts": contacts, "outputs": OUTPUTS, "sort": sort}
-    return own | {"warns": warns, "picture": picture, "from_reference": True}
+    return own | {"warns": warns, "picture": picture, "from_reference": lambda mesh: True}

@@ -108,5 +108,5 @@ STOP = Element(
     sort=lambda stop, slides: int(slides(stop.joint)),
     picture=picture,
     linear=False,
-    from_reference=True,
+    from_reference=lambda stop: True,
 )

@@ -97,7 +97,6 @@ TORQUE = Element(
     table="torques",
     keys=Torque,
     check=check,
-    points=lambda torque: (),
     record=RECORD,
     pack=pack,
     functions=functions,

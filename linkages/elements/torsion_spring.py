@@ -113,7 +113,7 @@ TORSION_SPRING = Element(
     table="torsion_springs",
     keys=TorsionSpring,
     check=check,
-    points=lambda spring: (),
+    from_reference=lambda spring: True,
     record=RECORD,
     pack=pack,
     act=act,
@@ -121,6 +121,5 @@ TORSION_SPRING = Element(
     outputs=(Quantities("TORSION SPRING", _TURNING), Quantities("TORSION SPRING (prismatic)", _SLIDING)),
     sort=lambda spring, slides: int(spring.is_along(slides)),
     picture=lambda spring, scene: (Around(spring.joint, spring.outer_link),),
-    from_reference=True,
     force=_force,
 )

@@ -93,4 +93,5 @@ TOUCH = Element(
     outputs=(_OUTPUTS,),
     picture=picture,
     linear=False,
+    from_reference=lambda touch: touch.line is not None,
 )

@@ -35,7 +35,7 @@ from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import make_motion, make_pose
 from linkages.mechanics.planar.functions import Functions
 from linkages.mechanics.planar.kinematics import body_states
-from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, load_outputs, state_rates
+from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, state_rates
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
 from linkages.system.tree import NO_ROW, Tree
 
@@ -66,24 +66,17 @@ def pack_loads(
     the functions' index.
     """
     mechanism = tree.mechanism
-    own = [name for name in quantities if name not in experiment.values]
-    records: Records = np.zeros(len(experiment.loads) + len(own), types.LOAD)
+    records: Records = np.zeros(len(experiment.loads), types.LOAD)
     records["joint"] = -1
-    following = iter(records)
     functions = _Functions(tree, quantities)
     elements = pack_elements(experiment.elements, tree, functions.add)
 
-    for push in pushes_of(experiment.elements):
-        record = next(following)
-        record["kind"] = types.PUSH
+    for record, push in zip(records, pushes_of(experiment.elements), strict=True):
         record["term"], record["sign"] = tree.coordinate(push.joint)
         record["motion"] = functions.add_definition(push.law)
         if push.share is not None:
             record["joint"] = list(mechanism.joint).index(push.joint)
             record["share"], record["leverage"] = functions.add_definition(push.share), push.leverage
-    for name in own:
-        record = next(following)
-        record["kind"], record["motion"] = types.QUANTITY, functions.add_definition(named(name))
     states: Records = np.array([functions.add_state(one) for one in experiment.own_states.values()], types.STATE)
     for k, value in (added or {}).items():
         functions.made[k] = raised(functions.made[k], value)
@@ -165,11 +158,15 @@ def check_elements(tree: Tree, experiment: Experiment, packed: Packed, q: Array,
     body_states(tree.bodies, q, v, pose, vel)
     rates = np.concatenate([v, [one.start for one in experiment.own_states.values()]])
     tell_elements(packed.elements, packed.functions, 0.0, rates, 0, pose, vel, rows)
-    for (kind, name, keys), row in zip(elements_of(experiment.elements), rows, strict=True):
+    for (kind, name, keys), row in zip(elements_of(experiment.elements), rows, strict=False):  # then quantities
         if problem := kind.problem_at_start(keys, row, _COINCIDENT * tree.extent):
             raise InputError(experiment.source, f"{kind.table}.{name}", problem)
         if not np.isfinite(row).all():
             raise InputError(experiment.source, f"{kind.table}.{name}.formula", "is not a number at t = 0")
+    if experiment.own_states or len(packed.elements.told):
+        changes = np.zeros(len(rates))
+        state_rates(packed.loads, 0.0, rates, pose, vel, changes)
+        _check_quantities(experiment, rows[len(rows) - len(packed.elements.told) :, VALUE], changes[len(v) :])
 
 
 def check_loads(tree: Tree, experiment: Experiment, packed: Packed, motions: Motions, q: Array, v: Array) -> None:
@@ -178,20 +175,6 @@ def check_loads(tree: Tree, experiment: Experiment, packed: Packed, motions: Mot
     Drives are checked at any time. See also `check_elements`.
     """
     check_elements(tree, experiment, packed, q, v)
-    loads = packed.loads
-    if len(loads[0]):
-        pose, vel = make_pose(tree.bodies), make_motion(tree.bodies)
-        outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
-        body_states(tree.bodies, q, v, pose, vel)
-        rates = np.concatenate([v, [one.start for one in experiment.own_states.values()]])
-        load_outputs(loads, np.zeros(len(loads[0])), 0.0, rates, pose, vel, outputs)
-        for (table, name), values in zip(experiment.loads, outputs, strict=False):
-            if not np.isfinite(values).all():
-                raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")
-        if experiment.quantities:
-            changes = np.zeros(len(rates))
-            state_rates(loads, 0.0, rates, pose, vel, changes)
-            _check_quantities(experiment, outputs[len(experiment.loads) :, VALUE], changes[len(v) :])
     if not any(isinstance(piece, Program) for piece in motions.pieces):
         return
     times = np.linspace(0.0, experiment.duration, _LOOKS)

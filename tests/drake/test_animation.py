@@ -210,7 +210,7 @@ def test_every_frame_has_its_captions(dry, tmp_path):
 def test_the_camera_sees_the_wheels_of_gears(tmp_path):
     """The wheels have radii of 30 and 60 mm on shafts 90 mm apart, which are all joints and points."""
     gears = load(find_file("gear_rattle.toml"), {"duration": 0.02})
-    write_animation(assess(gears, "compiled", error_estimate=False), tmp_path / "animation.html")
+    write_recording(assess(gears, "compiled", error_estimate=False), tmp_path / "animation.html")
     data = json.loads(re.search(r"const data = (\{.*\});", (tmp_path / "animation.html").read_text())[1])
     width, height = data["view"]
     assert 0.18 <= width < 0.4

@@ -20,6 +20,7 @@ from linkages.base.errors import AssemblyError, InputError, RunError, listed
 from linkages.base.kernel.block import Contents, contents
 from linkages.elements.machine import all_elements_of
 from linkages.engines.compiled.run.job import make_given
+from linkages.input.functions.definitions import TIME
 from linkages.input.model.mechanism import Frame, Link
 from linkages.mechanics.planar.kinematics import poses_at
 from linkages.results.derivatives import Direction
@@ -160,9 +161,10 @@ def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
 
 def _counts_from_reference(system: System) -> bool:
     """Check for parts that count coordinates or directions from the reference configuration."""
-    counting = any(kind.from_reference for kind, _, _ in all_elements_of(system.parts))
+    counting = any(kind.from_reference(keys) for kind, _, keys in all_elements_of(system.parts))
     oriented = any(model.feed or model.is_tilted or model.is_worn for model in system.models)
-    return counting or bool(system.quantities) or oriented or bool(system.tree.flexible)
+    reading = {*system.functions_read} - {TIME}
+    return counting or bool(system.quantities) or oriented or bool(reading) or bool(system.tree.flexible)
 
 
 def _inertias(system: System) -> Array:

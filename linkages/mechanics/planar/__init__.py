@@ -24,7 +24,7 @@
 | contact_memory      | what contacts remember: latched states, states of laws, cells of films                 |
 | contact_partials    | partial derivatives of a contact's force                                               |
 | functions           | values of formulas and tables at a state of the motion                                 |
-| loads               | frictions and motors: wrenches; additional states                                      |
+| loads               | frictions in ideal joints: wrenches; additional states                                |
 | closure             | Newton's method on the closure rows; consistent rates; the ideal linkage near a run    |
 | beams               | internal forces, stress and deflection of flexible links                               |
 | reactions           | forces in all joints, efforts of all drives                                            |

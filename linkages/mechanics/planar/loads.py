@@ -16,8 +16,7 @@ from linkages.base.kernel import Array, Indices, Records, inlined_kernel, lazy_k
 from linkages.base.kernel.dual import number
 from linkages.laws.control import call_controller
 from linkages.mechanics.planar.closure_rows import add_term_wrench, term_rate
-from linkages.mechanics.planar.functions import given_at, value_of
-from linkages.mechanics.planar.record_types import PUSH, QUANTITY
+from linkages.mechanics.planar.functions import Functions, given_at, value_of
 
 Loads = tuple[Records, Records, Records, Array, Array, Indices]
 
@@ -33,8 +32,7 @@ def load_wrenches(loads: Loads, t: float, v: Array, pose: Array, vel: Array, wre
     records, given = loads[0], given_at(loads[1:], t, v, pose, vel)
     for k in range(len(records)):
         load = records[k]
-        if load.kind == PUSH:
-            add_term_wrench(load.term, pose, load.sign * value_of(given, load.motion), wrench)
+        add_term_wrench(load.term, pose, load.sign * value_of(given, load.motion), wrench)
 
 
 @lazy_kernel(makes_arrays=True)
@@ -46,19 +44,21 @@ def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, 
     records, given = loads[0], given_at(loads[1:], t, v, pose, vel)
     for k in range(len(records)):
         load = records[k]
-        value, power = value_of(given, load.motion), 0.0
-        if load.kind == PUSH:
-            if load.joint >= 0:
-                value += efforts[k]
-            power = value * load.sign * term_rate(load.term, pose, vel)
+        value = value_of(given, load.motion)
+        if load.joint >= 0:
+            value += efforts[k]
+        power = value * load.sign * term_rate(load.term, pose, vel)
         outputs[k, VALUE], outputs[k, SECOND], outputs[k, POWER], outputs[k, ENERGY] = value, 0.0, power, 0.0
 
 
-def acting_functions(loads: Loads) -> NDArray[np.bool_]:
-    """Return which functions the motion always depends on: all but functions of quantities and of sampled states."""
-    records, _, states, _, _, segments = loads
+def acting_functions(functions: Functions, told: Indices) -> NDArray[np.bool_]:
+    """Return which functions the motion always depends on: all but those of sampled states, and those that are told.
+
+    ``told`` are the indices of functions that are outputs alone.
+    """
+    _, states, _, _, segments = functions
     acts = np.ones(len(segments), bool)
-    acts[records["motion"][records["kind"] == QUANTITY]] = False
+    acts[told] = False
     for state in states[states["period"] > 0.0]:
         acts[state["function"] : state["function"] + max(state["arguments"], 1)] = False
     return acts

@@ -81,9 +81,6 @@ ENDS = record_type(
     row=ROW,
 )
 
-#: Kinds of applied load. A quantity is a function of time, signals and states, without a force.
-PUSH, QUANTITY = 0, 1
-
 #: A position or speed that a load depends on: ``scale`` times a term's value less ``offset``, or times its rate.
 SIGNAL = record_type(
     term=TERM,
@@ -127,12 +124,11 @@ STATION = record_type(
 #: times the abscissa; both shapes at the station.
 STATION_MODE = record_type(mass_a="f8", mass_b="f8", first_a="f8", first_b="f8", a="f8", b="f8")
 
-#: One applied load. A push acts along a term, on its second body and against the first.
+#: One friction in an ideal joint. It acts along a term, on its second body and against the first.
 LOAD = record_type(
-    kind="i8",
     motion="i8",  # index of the value's function
     sign="f8",  # change of the joint's coordinate, or of the angle, over the change of the term: 1 or -1
-    term=TERM,  # push
+    term=TERM,
     joint="i8",  # friction that depends on a joint force: index of the joint; else -1
     share="i8",  # its function: torque or force per joint force
     leverage="f8",  # prismatic: joint force per moment, 2 over the length of the slider [1/m]

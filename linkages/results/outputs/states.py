@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from linkages.elements.element import Element
-from linkages.elements.machine import DEFINING
+from linkages.elements.machine import DEFINING, count
 from linkages.input.functions.definitions import Quantity
 from linkages.results.outputs.joints import load_value
 from linkages.results.outputs.quantity import OutputPlace, Owner, quantities
@@ -23,8 +23,8 @@ def _at(key: str) -> Callable[[System, str], OutputPlace]:
     """Return a function that gives the place of a quantity."""
 
     def place(system: System, name: str) -> OutputPlace:
-        known = system.quantities
-        return OutputPlace(len(system.named_loads) + list(known).index(_named(known, name, key) or ""))
+        known, first = system.quantities, len(system.loads[0]) + count(system.elements)
+        return OutputPlace(first - len(system.elements.told) + list(known).index(_named(known, name, key) or ""))
 
     return place
 

@@ -65,8 +65,9 @@ def _switches(system: System) -> Array:
     """Return the lines of the switches of formulas, see `kinks`."""
     curves = system.motions.arrays, system.torques.arrays, system.loads[3:]
     drives = (np.ones(len(one[2]), bool) for one in curves[:2])
+    told = system.elements.told["function"]
     counts = np.concatenate([switch_counts(*one[1:]) for one in curves])
-    acts = np.repeat(np.concatenate([*drives, acting_functions(system.loads)]), counts)
+    acts = np.repeat(np.concatenate([*drives, acting_functions(system.packed.functions, told)]), counts)
     lines = np.full((-(-len(acts) // KINKS), KINKS), np.nan)
     lines.reshape(-1)[: len(acts)][acts] = 0.0
     return lines
