@@ -194,7 +194,7 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
         from optim.search.verification import format_verification, verify
 
         print("running the optimum again on Drake ...", file=sys.stderr)
-        verified = verify(study, result.best.content, options.threads, progress_bar("Drake"))
+        verified = verify(study, result.best, options.threads, progress_bar("Drake"))
         result = result.model_copy(update={"verification": verified})
         write_json(job.folder / RESULT, result)
         print(format_verification(verified) + "\n")
