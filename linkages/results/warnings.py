@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from linkages.base.errors import Status
+from linkages.results import numerics
 from linkages.results.assessment import Assessment
 from linkages.results.films import heat_warnings
 from linkages.results.impacts import Impact
@@ -18,8 +19,6 @@ from linkages.system import System
 from linkages.system.rigid_segments import has_segments
 
 ROUGH = 0.1  # error over a peak that gives a warning
-_NOTHING = 1e-6  # relative to the largest peak of its kind: a smaller peak is rounding, and its change is meaningless
-_NAMED = 4  # most peaks, joints or times in a sentence
 
 _CONTINUATION = {
     DEAD_POINT: "no other branch starts there, but the drives cannot continue: velocities, accelerations, forces and "
@@ -177,11 +176,11 @@ def relative(peaks: Peaks, errors: Peaks) -> list[tuple[str, float]]:
     largest, found = largest_of_quantities(peaks), []
     for key, error in errors.items():
         peak = peaks[key]
-        if error is not None and peak is not None and peak > _NOTHING * largest[quantity(key)]:
+        if error is not None and peak is not None and peak > numerics.WARNINGS_NOTHING * largest[quantity(key)]:
             found.append((key, error / peak))
     return sorted(found, key=lambda item: -item[1])
 
 
 def _listed(words: Sequence[str]) -> str:
-    more = len(words) - _NAMED
-    return ", ".join(words[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+    more = len(words) - numerics.WARNINGS_NAMED
+    return ", ".join(words[: numerics.WARNINGS_NAMED]) + (f" and {more} more" if more > 0 else "")
