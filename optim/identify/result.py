@@ -24,7 +24,17 @@ class Rise(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """A window of a fit: runs so far, its end [s], and chi-square of a sample."""
+    """A window of a fit.
+
+    Attributes
+    ----------
+    runs : float
+        Number of runs so far.
+    end : float
+        End of the window [s].
+    chi_square : float
+        Of a sample.
+    """
 
     runs: float
     end: float
