@@ -168,8 +168,8 @@ def test_the_front_of_two_objectives_fits_its_figure(drawn, tmp_path):
     first, second = list(study.file.objectives)[:2]
     kept = {name: study.file.objectives[name] for name in (first, second)}
     study = dataclasses.replace(study, file=study.file.model_copy(update={"objectives": kept}))
-    entry = {"objectives": {first: 1.0, second: 2.0}}
-    result = {"front": [entry], "best": entry, "nominal": entry, "designs": {}}
+    entry = optim.Design.model_construct(objectives={first: 1.0, second: 2.0})
+    result = optim.StudyResult.model_construct(front=[entry], best=entry, nominal=entry, designs={})
     optim.write_pareto_front(study, result, tmp_path / "front.png")
     (figure,) = drawn.values()
     assert figure.get_suptitle().split()[-2:] == ["1", "design"]

@@ -25,6 +25,7 @@
 | summary           | the summary of an assessment                                              |
 | link_loads        | balanced loads of each link at an instant                                 |
 | load_files        | the same for finite elements: loads.csv, LINK.inp                         |
+| numerics          | numbers that tune the evaluation of results                               |
 | shape             | a summary as data, and the schema of summary.json                         |
 | file_shapes       | schemas of wear.json and record.json                                      |
 """

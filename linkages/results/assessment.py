@@ -12,6 +12,7 @@ import numpy as np
 from linkages.base.brief import Brief
 from linkages.elements.machine import all_elements_of
 from linkages.elements.outputs import Quantities, Source
+from linkages.results import numerics
 from linkages.results.characteristics import peak_columns
 from linkages.results.derivatives import NONE
 from linkages.results.divergence import apart
@@ -23,14 +24,6 @@ from linkages.results.soundness import Soundness
 from linkages.results.steady_state import Motion, motion_of
 from linkages.results.trajectory import Trajectory, values_at
 from linkages.system import System
-
-_CYCLES = 20  # cycles of a periodic motion that stand for all of them
-_LONG = 5  # run over these cycles from which it is long
-_COMPARED = 500  # number of times at which the run and the tighter one are compared
-# difference of a film's force from the force of the ideal joint, in parts of the latter
-_CARRIED = 0.1  # within it the film carries the load
-_OVERSHOOT = 0.25  # a larger excess before makes a start-up
-_TAKEN_UP = 0.005  # part of a run in which a centred journal takes up its load, in microseconds
 
 
 class Repeating(NamedTuple):
@@ -116,16 +109,16 @@ class Assessment(Brief):
         if motion.cycle is None or motion.since is None or not system.determinate or system.flexible:
             return None
         start, end = motion.cycle
-        lasts = _CYCLES * (end - start)
+        lasts = numerics.ASSESSMENT_CYCLES * (end - start)
         found = Repeating(motion.since, end - start, motion.since + lasts)
-        return found if end - motion.since > _LONG * lasts else None
+        return found if end - motion.since > numerics.ASSESSMENT_LONG * lasts else None
 
     def latest(self) -> Assessment:
         """Return the assessment without the tighter run, of a long run its last twenty cycles alone: for figures."""
         if self.repeating is None:
             return replace(self, tighter=None)
         end = float(self.run.time[-1])
-        span = end - _CYCLES * self.repeating.cycle, end
+        span = end - numerics.ASSESSMENT_CYCLES * self.repeating.cycle, end
         ideal = self.ideal
         if ideal is not None and ideal.time[-1] >= end:
             ideal = ideal.within(*span)
@@ -187,7 +180,7 @@ class Assessment(Brief):
     def taken_up(self) -> float:
         """Return the time at which centred journals have taken up their load [s]."""
         times = self.difference.time
-        return float(times[0] + _TAKEN_UP * np.ptp(times))
+        return float(times[0] + numerics.ASSESSMENT_TAKEN_UP * np.ptp(times))
 
     @property
     def reported(self) -> str:
@@ -241,7 +234,7 @@ class Assessment(Brief):
         run, tighter = self.run, self.tighter
         if tighter is None or not run.evaluate:
             return None
-        return apart(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
+        return apart(run, tighter, self.system, 1 + len(tighter.time) // numerics.COMPARED)
 
 
 def touching(system: System) -> list[str]:
@@ -269,10 +262,10 @@ def _carried(run: Trajectory, ideal: Trajectory, force: str) -> float | None:
     times = run.time[run.time <= ideal.time[-1]]
     load = np.interp(times, ideal.time, ideal[force])
     excess = (run[force][: len(times)] - load) / np.maximum(load, np.finfo(float).tiny)
-    flight = float(times[np.argmax(excess >= -_CARRIED)])
-    edges = np.flatnonzero(np.diff(np.abs(excess) <= _CARRIED, prepend=False, append=False))
+    flight = float(times[np.argmax(excess >= -numerics.ASSESSMENT_CARRIED)])
+    edges = np.flatnonzero(np.diff(np.abs(excess) <= numerics.ASSESSMENT_CARRIED, prepend=False, append=False))
     begins, ends = edges[::2], edges[1::2] - 1
     long = begins[times[ends] - times[begins] > flight]
-    if flight == 0.0 or not len(long) or excess[: long[0]].max() <= _OVERSHOOT:
+    if flight == 0.0 or not len(long) or excess[: long[0]].max() <= numerics.ASSESSMENT_OVERSHOOT:
         return None
     return float(times[long[0]])

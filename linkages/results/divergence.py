@@ -8,6 +8,7 @@ import numpy as np
 
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError
+from linkages.results import numerics
 from linkages.results.akima import interpolated
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
@@ -17,12 +18,6 @@ from linkages.system.rigid_segments import system_of
 #: beyond which two runs have diverged. With contacts the limit is small, as an impact may soon be missed. Without
 #: contacts differences grow smoothly, and measure the errors while small.
 PARTED, STRAYED = 1e-3, 0.05
-
-
-#: Part of the limit up to which interpolation decides, with contacts, where it is less accurate.
-_CLEAR = 0.1
-
-_PART = 256  # times of one evaluation: an engine may take a millisecond for each
 
 
 def horizon(
@@ -68,9 +63,11 @@ class _Pair:
         self._there = configuration(system, {name: column[steps] for name, column in other.columns.items()})
         self._limit = PARTED if touching else STRAYED
         here = interpolated(run.time, configuration(system, run.columns), self.times)
-        clear = _distances(here, self._there) <= (_CLEAR if touching else 1.0) * self._limit
+        clear = _distances(here, self._there) <= (numerics.DIVERGENCE_CLEAR if touching else 1.0) * self._limit
         doubtful = np.flatnonzero(~clear)
-        self._parts = [doubtful[k : k + _PART] for k in range(0, len(doubtful), _PART)]
+        self._parts = [
+            doubtful[k : k + numerics.DIVERGENCE_PART] for k in range(0, len(doubtful), numerics.DIVERGENCE_PART)
+        ]
 
     def first(self, progress: Callable[[float], None] | None = None) -> int | None:
         """Return the first step at which the runs have diverged; None without any."""

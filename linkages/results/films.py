@@ -16,13 +16,12 @@ from linkages.base.kernel import Array
 from linkages.laws.contact.material import bisect
 from linkages.laws.film.films import film_force
 from linkages.laws.film.map_nodes import PLAIN_CELLS, finite_force
+from linkages.results import numerics
 from linkages.results.extremes import integral
 from linkages.results.shape import Heat, RunWarning
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import warning
 from linkages.system import System
-
-_UNSETTLED = 0.1  # change of the temperature from run to run that is named in a warning [K]
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,11 @@ def joint_heat(system: System, run: Trajectory, name: str, span: tuple[float, fl
 def heat_warnings(heats: dict[str, JointHeat]) -> list[RunWarning]:
     """Warn of temperatures that have not settled, and of balances over a motion that does not repeat."""
     found = []
-    restless = [f"{abs(heat.change):.2g} K in {name}" for name, heat in heats.items() if abs(heat.change) > _UNSETTLED]
+    restless = [
+        f"{abs(heat.change):.2g} K in {name}"
+        for name, heat in heats.items()
+        if abs(heat.change) > numerics.FILMS_UNSETTLED
+    ]
     if restless:
         what = f"the temperature of the oil still changes from run to run: {', '.join(restless)}"
         found.append(warning("film", None, what, "set oil.temperature near the present one and run again"))
@@ -111,10 +114,7 @@ def heat_warnings(heats: dict[str, JointHeat]) -> list[RunWarning]:
     return found
 
 
-#: Largest eccentricity ratio of the comparison: the film of finite length is not solved beyond.
-_LARGEST = 0.999
 _ROUGH = 160, 14  # mesh with which its eccentricity is sought, before one step of Newton's method with the usual one
-_STEP = 1e-4  # of that step's slope
 _NO_MAP = np.zeros(0)
 
 
@@ -136,7 +136,7 @@ def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmE
     """
     unit = float(record.viscosity * record.length * record.radius**3 / record.clearance**2)
     ratio, size = np.hypot(*e.T) / record.clearance, np.hypot(*force.T) / unit
-    usable = (size > 0.0) & (ratio > 1e-3) & (ratio < _LARGEST)
+    usable = (size > 0.0) & (ratio > 1e-3) & (ratio < numerics.FILMS_LARGEST)
     if not usable.any():
         return None
     strongest, widest = (int(np.argmax(np.where(usable, values, -1.0))) for values in (size, ratio))
@@ -149,9 +149,9 @@ def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmE
         half_ew = 0.5 * ew * other / eps
         return math.hypot(*finite_force(other, slenderness, deps, half_ew, cells=cells)) - needed
 
-    near = bisect(lambda other: spare(other, _ROUGH), 0.0, _LARGEST, 20)
-    slope = (spare(near + _STEP, _ROUGH) - spare(near, _ROUGH)) / _STEP
-    return FilmError(excess, eps, float(np.clip(near - spare(near) / slope, 0.0, _LARGEST)))
+    near = bisect(lambda other: spare(other, _ROUGH), 0.0, numerics.FILMS_LARGEST, 20)
+    slope = (spare(near + numerics.FILMS_STEP, _ROUGH) - spare(near, _ROUGH)) / numerics.FILMS_STEP
+    return FilmError(excess, eps, float(np.clip(near - spare(near) / slope, 0.0, numerics.FILMS_LARGEST)))
 
 
 def _motion(record: Any, slenderness: float, e: Array, force: Array) -> tuple[float, float, float]:

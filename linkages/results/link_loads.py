@@ -22,14 +22,12 @@ from linkages.mechanics.planar.markers import arm, turned
 from linkages.mechanics.planar.newton_euler import inertial_forces
 from linkages.mechanics.planar.reactions import add_known_contacts
 from linkages.mechanics.planar.record_types import OF_ROWS, PRISMATIC, REVOLUTE, SECTION
+from linkages.results import numerics
 from linkages.results.outputs.evaluation import make_snapshot, tabulate
 from linkages.results.outputs.quantity import Snapshot
 from linkages.results.outputs.registry import pack
 from linkages.system import System
 from linkages.system.flexible_link import FlexibleLink
-
-_NODES = 17  # of each part of a beam between neighbouring sections
-_POINTS = 3  # Gauss points between neighbouring nodes
 
 #: Coordinates, rates, accelerations (n,) and contacts (nc, WIDTH) at an instant.
 State = tuple[Array, Array, Array, Array]
@@ -287,8 +285,10 @@ def _part(system: System, seen: Snapshot, axes: _Axes, part: FlexibleLink, neede
     first = np.array(turned(w.pose, i, body["ex"], body["ey"]))
     basis = np.array([first, [-first[1], first[0]]])
     spots = sorted({*part.abscissas, *part.ends})
-    places = np.concatenate([np.linspace(a, b, _NODES)[(k > 0) :] for k, (a, b) in enumerate(pairwise(spots))])
-    x, weight = np.polynomial.legendre.leggauss(_POINTS)
+    places = np.concatenate(
+        [np.linspace(a, b, numerics.LINK_LOADS_NODES)[(k > 0) :] for k, (a, b) in enumerate(pairwise(spots))]
+    )
+    x, weight = np.polynomial.legendre.leggauss(numerics.LINK_LOADS_POINTS)
     half = 0.5 * np.diff(places)[:, None]
     s, share = (places[:-1, None] + half * (1.0 + x)).ravel(), np.tile(0.5 * (1.0 + x), len(half))
     mass = (part.beam.density * part.beam.area * half * weight).ravel()
@@ -328,9 +328,9 @@ def _ahead(vectors: Array) -> Array:
 
 def _lumped(values: Array, share: Array) -> Array:
     """Give values at the points between nodes to the nodes on both sides."""
-    found = np.zeros((len(values) // _POINTS + 1, values.shape[1]))
-    found[1:] += (values * share[:, None]).reshape(-1, _POINTS, values.shape[1]).sum(axis=1)
-    found[:-1] += (values * (1.0 - share)[:, None]).reshape(-1, _POINTS, values.shape[1]).sum(axis=1)
+    found = np.zeros((len(values) // numerics.LINK_LOADS_POINTS + 1, values.shape[1]))
+    found[1:] += (values * share[:, None]).reshape(-1, numerics.LINK_LOADS_POINTS, values.shape[1]).sum(axis=1)
+    found[:-1] += (values * (1.0 - share)[:, None]).reshape(-1, numerics.LINK_LOADS_POINTS, values.shape[1]).sum(axis=1)
     return found
 
 

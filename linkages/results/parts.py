@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from linkages.base.errors import Status
+from linkages.results import numerics
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers
 from linkages.results.extremes import peaks
 from linkages.results.peak_errors import errors
 from linkages.results.shape import Difference, Numbers
 from linkages.results.trajectory import Trajectory
-
-_NOTHING = 1e-9  # ratio of an ideal range to a difference below which the range is rounding
 
 
 @dataclass(frozen=True)
@@ -125,4 +124,4 @@ def _extent(ideal: Numbers, name: str) -> float:
 
 
 def _share(part: float, whole: float) -> float | None:
-    return part / whole if whole > _NOTHING * part else None
+    return part / whole if whole > numerics.ROUNDED * part else None

@@ -17,24 +17,18 @@ from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.kinematics import body_positions
 from linkages.mechanics.planar.reactions import joint_forces
 from linkages.mechanics.planar.workspace import make_workspace
+from linkages.results import numerics
 from linkages.results.akima import interpolated
 from linkages.results.characteristics import effort_of
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 from linkages.system.rigid_segments import system_of
 
-_LOOKS = 5  # number of examined positions of the motion
-_NOTHING = 1e-6  # relative threshold of a quantity in self-balanced reactions
 #: Conditioning (smallest over largest singular value of the closure rows) below which a position counts as singular:
 #: reactions are a thousand times larger than elsewhere, and rounding decides on the branch of the linkage.
 NEAR = 1e-3
 
-_MOST = 4000  # number of first samples
 _ZOOMS, _POINTS = 4, 33  # refinements, and points of each, for the smallest ratio between samples
-_TAKES_PART = 0.1  # smallest relative component of a joint in the motion with fixed drives
-_NEARBY = 1e-3  # distance of the position at which the tangent of the motion is taken [rad, or linkage lengths]
-_STEP = 1e-5  # of differences of the closure's Jacobian
-_ALONE = 1e-2  # ratio of singular values of the second-order conditions above which no other branch fulfils them
 
 #: Kinds of singular positions: a drive cannot continue; two branches cross; one branch passes, which the linkage could
 #: leave to first order, but redundant loops forbid any other one.
@@ -81,7 +75,7 @@ class Soundness:
         if not arrays.elimination.rank or len(motion.time) < 2:
             return []
         q = partial(interpolated, motion.time, np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1))
-        times = motion.time[:: 1 + len(motion.time) // _MOST]
+        times = motion.time[:: 1 + len(motion.time) // numerics.SOUNDNESS_MOST]
         quality = _qualities(arrays, q(times))
         found: list[SingularPosition] = []
         for k in _candidates(quality):
@@ -95,7 +89,7 @@ class Soundness:
                 there = q(between[best : best + 1])[0]
                 jacobian = jacobian_at(arrays.bodies, arrays.rows, there)[:, arrays.free]
                 way = np.abs(np.linalg.svd(jacobian)[2][arrays.elimination.rank - 1])
-                loose = tuple(tree.coordinates[i] for i in arrays.free[way > _TAKES_PART * way.max()])
+                loose = tuple(tree.coordinates[i] for i in arrays.free[way > numerics.SOUNDNESS_TAKES_PART * way.max()])
                 kind = _kind(arrays, q, there, motion.time, between[best])
                 found.append(SingularPosition(float(between[best]), float(ratios[best]), loose, kind))
         return found
@@ -114,13 +108,13 @@ class Soundness:
             return ()
         q = np.stack([motion[f"q.{name}"] for name in self.system.tree.coordinates], axis=1)
         found: dict[str, bool] = {}
-        for line in q[np.linspace(0, len(q) - 1, _LOOKS).astype(int)]:
+        for line in q[np.linspace(0, len(q) - 1, numerics.SOUNDNESS_LOOKS).astype(int)]:
             jacobian = jacobian_at(arrays.bodies, arrays.rows, line)[:, arrays.free]
             for reaction in np.linalg.svd(jacobian)[0].T[
                 arrays.elimination.rank :
             ]:  # self-balanced: loads no free coordinate
                 sizes = _sizes(self.system, arrays, line, reaction)
-                least = _NOTHING * max(sizes.values())
+                least = numerics.SOUNDNESS_NOTHING * max(sizes.values())
                 found |= {column: found.get(column, False) or size > least for column, size in sizes.items()}
         return tuple(column for column, takes_part in found.items() if takes_part)
 
@@ -197,13 +191,16 @@ def _kind(arrays: Arrays, q: Callable[[Array], Array], there: Array, times: Arra
         return DEAD_POINT
 
     def slope(way: Array) -> Array:
-        ends = (jacobian_at(arrays.bodies, arrays.rows, there + step * way) for step in (_STEP, -_STEP))
-        return np.subtract(*ends) / (2.0 * _STEP)
+        ends = (
+            jacobian_at(arrays.bodies, arrays.rows, there + step * way)
+            for step in (numerics.SOUNDNESS_STEP, -numerics.SOUNDNESS_STEP)
+        )
+        return np.subtract(*ends) / (2.0 * numerics.SOUNDNESS_STEP)
 
     (w,) = further
     conditions = np.array([*(2.0 * slope(t) @ w for t in tangent), slope(w) @ w])
     first, *others = np.linalg.svd(conditions @ reactions.T, compute_uv=False)
-    return ONE_BRANCH if max(others, default=0.0) > _ALONE * first else CHANGE_POINT
+    return ONE_BRANCH if max(others, default=0.0) > numerics.SOUNDNESS_ALONE * first else CHANGE_POINT
 
 
 def _regular(q: Callable[[Array], Array], there: Array, times: Array, time: float) -> Array:
@@ -212,7 +209,7 @@ def _regular(q: Callable[[Array], Array], there: Array, times: Array, time: floa
     whole = max(ends, key=abs)
     for part in np.geomspace(1e-6, 1.0, 61):
         found = q(np.array([time + part * whole]))[0]
-        if np.abs(found - there).max() > _NEARBY:
+        if np.abs(found - there).max() > numerics.SOUNDNESS_NEARBY:
             return found
     return there
 

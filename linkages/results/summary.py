@@ -8,14 +8,13 @@ import numpy as np
 
 from linkages.base.arguments import validated
 from linkages.input.files.versions import versions
+from linkages.results import numerics
 from linkages.results.assessment import Assessment
 from linkages.results.characteristics import numbers
 from linkages.results.parts import Part
 from linkages.results.shape import Cut, Fit, Ideal, Machine, Numbers, Provenance, Recorded, Summary, Window
 from linkages.results.warnings import warnings
 from linkages.system.identity import input_record
-
-_ZERO = 1e-9  # relative to the largest force or torque: smaller peaks are rounding errors
 
 
 @validated
@@ -162,6 +161,10 @@ def _smoothing(assessment: Assessment, whole: Summary) -> dict[str, dict[str, fl
     largest = max((abs(peak) for peak in forces.values() if peak), default=0.0)
     for name, run in assessment.resmoothed.items():
         other = numbers(assessment.system, run, assessment.meaningless).peaks
-        pairs = {key: (peak, other.get(key)) for key, peak in forces.items() if peak and abs(peak) > _ZERO * largest}
+        pairs = {
+            key: (peak, other.get(key))
+            for key, peak in forces.items()
+            if peak and abs(peak) > numerics.ROUNDED * largest
+        }
         result[name] = {key: abs(b / a) for key, (a, b) in pairs.items() if b is not None}
     return result

@@ -9,6 +9,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from linkages.mechanics.planar.record_types import SECTION
+from linkages.results import numerics
 from linkages.results.impacts import Impact
 from linkages.results.link_loads import row_markers
 from linkages.results.shape import RunWarning
@@ -83,8 +84,6 @@ AXIAL = 4
 #: Smallest ratio of the highest kept bending frequency to the excitation frequency [1].
 ABOVE = 10.0
 
-_SAMPLES = 101  # number of samples along the beam
-
 
 class FlexibleCase(NamedTuple):
     """A flexible link in one run, with the impacts of the contacts on it."""
@@ -132,7 +131,7 @@ def _slope(case: FlexibleCase) -> Violation | None:
     largest = np.zeros(len(case.run.time))
     for part in case.substructures:
         eta = np.array([case.run[f"q.{name}"] for name in part.coordinates])
-        slopes = part.modes.shapes(np.linspace(*part.ends, _SAMPLES), 1)[1] @ eta
+        slopes = part.modes.shapes(np.linspace(*part.ends, numerics.VALIDITY_SAMPLES), 1)[1] @ eta
         largest = np.maximum(largest, np.max(np.abs(slopes), axis=0))
     worst = int(np.argmax(largest))
     value = float(largest[worst])

@@ -7,6 +7,7 @@ from typing import Any
 
 from linkages.base.errors import Status, listed_briefly
 from linkages.elements.machine import all_elements_of
+from linkages.results import numerics
 from linkages.results.assessment import Assessment
 from linkages.results.films import heat_warnings
 from linkages.results.impacts import Impact
@@ -20,7 +21,6 @@ from linkages.system import System
 from linkages.system.rigid_segments import has_segments
 
 ROUGH = 0.1  # error over a peak that gives a warning
-_NOTHING = 1e-6  # relative to the largest peak of its kind: a smaller peak is rounding, and its change is meaningless
 
 _CONTINUATION = {
     DEAD_POINT: "no other branch starts there, but the drives cannot continue: velocities, accelerations, forces and "
@@ -174,6 +174,6 @@ def relative(peaks: Peaks, errors: Peaks) -> list[tuple[str, float]]:
     largest, found = largest_of_quantities(peaks), []
     for key, error in errors.items():
         peak = peaks[key]
-        if error is not None and peak is not None and peak > _NOTHING * largest[quantity(key)]:
+        if error is not None and peak is not None and peak > numerics.WARNINGS_NOTHING * largest[quantity(key)]:
             found.append((key, error / peak))
     return sorted(found, key=lambda item: -item[1])

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from linkages.base.arrays import Array
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.study import Study
+    from optim.search.result import StudyResult
 
 HELP = "find the best design of a linkage; can be stopped and resumed"
 WRITES = {"optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png")}
@@ -87,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
     if (code := _tolerances(options)) is not None:
         return code
     root, jobs = _jobs(options)
-    results: list[dict[str, Any]] = []
+    results: list[StudyResult] = []
     with workers(options, "continue with --resume") as pool:
         try:
             for job in jobs:
@@ -127,7 +128,8 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     """Output folder, and every study with every seed, checked before the first begins."""
     from optim.problem.load import find_study, load_study
     from optim.search.derivative_check import check_usable
-    from optim.search.optimise import settings_of, start_of
+    from optim.search.optimise import start_of
+    from optim.search.task import settings_of
 
     studies = [load_study(find_study(file)) for file in options.files]
     for study in studies:
@@ -155,7 +157,7 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
 
 def _solve(
     job: _Task, options: argparse.Namespace, executor: Executor | None, workers: Callable[[], int]
-) -> dict[str, Any]:
+) -> StudyResult:
     """Solve one study with one seed; writes its folder and returns the content of ``result.json``."""
     import numpy as np
 
@@ -182,25 +184,26 @@ def _solve(
             observe=observe,
         )
     if options.check:
-        best = np.array([result["best"]["variables"][path] for path in study.paths])
+        best = np.array([result.best.variables[path] for path in study.paths])
         checks["best"] = _check(study, best, evaluator, "optimum")
-        result["derivatives"] = checks
+        result = result.model_copy(update={"derivatives": checks})
     write_json(job.folder / RESULT, result)
-    if result["front"] and not options.no_plots:
+    if result.front and not options.no_plots:
         from optim.report.figures import write_pareto_front
 
         write_pareto_front(study, result, job.folder / f"{FRONT}.{presentation().format}")
     table = format_result(study, result)
-    question = f"Which design is best: {listed(study.label(name) for name in result['best']['objectives'])}?"
+    question = f"Which design is best: {listed(study.label(name) for name in result.best.objectives)}?"
     record(options, job.folder, study.title, question, result_answer(study, result), table)
     print(table + "\n")
     if options.verify:
         from optim.search.verification import format_verification, verify
 
         print("running the optimum again on Drake ...", file=sys.stderr)
-        result["verification"] = verify(study, result["best"], options.threads, progress_bar("Drake"))
+        verified = verify(study, result.best, options.threads, progress_bar("Drake"))
+        result = result.model_copy(update={"verification": verified})
         write_json(job.folder / RESULT, result)
-        print(format_verification(result["verification"]) + "\n")
+        print(format_verification(verified) + "\n")
     else:
         print("not yet run again on Drake: give --resume --verify\n")
     return result

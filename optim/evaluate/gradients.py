@@ -62,6 +62,7 @@ class Gradients:
     def __init__(
         self, study: Study, evaluate: Callable[[Array], Evaluations], nominal: Evaluations, threads: Count | None = None
     ) -> None:
+        check_sensitivities(study)
         self.study, self._evaluate, self._scales = study, evaluate, scales(study, nominal)
         self._threads = threads
         self._terms = {
@@ -69,7 +70,6 @@ class Gradients:
             for _, _, quantity in study.quantities
             for term in quantity.terms or ()
         }
-        check_sensitivities(study)
 
     @validated
     def __call__(self, design: Vector) -> Array:

@@ -1,4 +1,4 @@
-"""`identify`: the values that explain measurements; the content of ``result.json``."""
+"""`identify`: the values that explain measurements."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ from optim.identify.load import Identification, described
 from optim.identify.posterior import posterior
 from optim.identify.profile import profile
 from optim.identify.residuals import Residuals
+from optim.identify.result import Alternative, IdentificationResult
 from optim.identify.statistics import Statistics
 
 SAMPLES = "posterior.bin"  # keeps samples, in the folder of the checkpoint
@@ -48,7 +49,7 @@ def identify(
     threads: Count | None = None,
     executor: Executor | None = None,
     show: Callable[[str], None] = lambda text: None,
-) -> dict[str, Any]:
+) -> IdentificationResult:
     """Find the values that explain the measurements, and how certain they are.
 
     Parameters
@@ -72,8 +73,8 @@ def identify(
 
     Returns
     -------
-    dict
-        The content of ``result.json``, SI units: ``parameters``: by name ``path``, ``value``, ``deviation`` and
+    IdentificationResult
+        Attributes and keys of ``result.json``, SI units: ``parameters``: by name ``path``, ``value``, ``deviation`` and
         ``interval`` of 95 % (None if not identifiable), ``identifiable``; ``nuisance``: gains, offsets, shifts;
         ``residual``, ``correlation``, ``prediction``, ``best_alternative``; ``mixtures`` that the data leave open, and
         ``sensors`` that would determine them; ``warnings``; ``curves`` and ``statistics``: the compared samples or
@@ -90,7 +91,8 @@ def identify(
     --------
     >>> import optim
     >>> found = optim.identify(optim.load_identification("slider_crank_fit"))
-    >>> found["parameters"]["mass"]["interval"][0] < 0.152 < found["parameters"]["mass"]["interval"][1]  # kg
+    >>> interval = found.parameters["mass"].interval
+    >>> interval.lower < 0.152 < interval.upper  # kg
     True
     """
     if not task.measurements:
@@ -115,15 +117,15 @@ def identify(
         results[name] = _fit(kind(model, active), share, (threads, executor), kept, name, say)
     residuals, found, judged, all_starts, runs = results[""]
     content = content_of(residuals, found, judged, share, runs)
-    content["starts"] = agreement(all_starts, found, judged)
-    content["warnings"] += content["starts"].pop("warnings")
+    content["starts"], doubt = agreement(all_starts, found, judged)
+    content["warnings"] += doubt
     if task.file.alternatives:
         content["alternatives"] = {
-            name or "this": {
-                "prediction": prediction(*results[name][:2], share),
-                "chi_square": results[name][1].cost,
-                "parameters": parameters(*results[name][:3]),
-            }
+            name or "this": Alternative(
+                prediction=prediction(*results[name][:2], share),
+                chi_square=results[name][1].cost,
+                parameters=parameters(*results[name][:3]),
+            )
             for name in results
         }
         content["best_alternative"] = best_prediction(content["alternatives"], residuals)
@@ -131,27 +133,24 @@ def identify(
     if profiles:
         for k, name in enumerate(residuals.names[: len(residuals.active)]):
             show(f"profile of {name}")
-            ends, points, made = profile(residuals, found, judged, k)
-            content["parameters"][name] |= {
-                "profile": points.tolist(),
-                "profile_interval": list(ends),
-                "profile_runs": made,
-            }
+            followed = profile(residuals, found, judged, k)
+            content["parameters"][name] = content["parameters"][name].model_copy(update=followed._asdict())
     if samples:
         store = None if checkpoint is None else checkpoint.with_name(SAMPLES)
-        content["posterior"] = posterior(residuals, found, judged, threads, show, store)
-        if not content["posterior"]["enough"]:
+        content["posterior"] = sampled = posterior(residuals, found, judged, threads, show, store)
+        if not sampled.enough:
             content["warnings"].append(
-                f"the posterior has {content['posterior']['autocorrelation_times']:.2g} autocorrelation times, not 50:"
+                f"the posterior has {sampled.autocorrelation_times:.2g} autocorrelation times, not 50:"
                 " its intervals are uncertain; raise fit.posterior_runs, and continue with --resume"
             )
-    return content | {
-        "title": task.title,
-        "file": described(task),
-        "runs": sum(one.runs for one in all_starts) + max(found.runs - max(one.runs for one in all_starts), 0),
-        "versions": versions("scipy"),
-        "wall_time": time.perf_counter() - begun,
-    }
+    return IdentificationResult(
+        **content,
+        title=task.title,
+        file=described(task),
+        runs=sum(one.runs for one in all_starts) + max(found.runs - max(one.runs for one in all_starts), 0),
+        versions=dict(versions("scipy")),
+        wall_time=time.perf_counter() - begun,
+    )
 
 
 def _labelled(show: Callable[[str], None], label: str, text: str) -> None:

@@ -23,6 +23,7 @@ from optim.algorithms import pareto
 from optim.algorithms.nlp import Values
 from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Array, Study
+from optim.search.result import Design, StudyResult
 
 _BEST, *_DESIGNS = COLORS
 _NOMINAL, _KNEE = IDEAL, INK
@@ -107,7 +108,7 @@ def _seen(found: Array, best: Array, feasible: NDArray[np.bool_]) -> tuple[float
     return low - 1.5 * room, high + room
 
 
-def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
+def write_pareto_front(study: Study, result: StudyResult, path: Path) -> None:
     """Draw the Pareto front of several objectives, two at a time.
 
     The knee (of a Pareto front without one, the compromise), the nominal and the reference designs are marked.
@@ -115,8 +116,8 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
     Parameters
     ----------
     study : Study
-    result : mapping
-        Content of ``result.json``.
+    result : StudyResult
+        From `optim.optimise`.
     path : Path
 
     Examples
@@ -132,14 +133,14 @@ def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> N
     """
     names = list(study.file.objectives)
     labels = [label_of(study, name) for name in names]
-    front = _objectives(result["front"], names)
+    front = _objectives(result.front, names)
     marked = "compromise" if pareto.knee(front * study.signs) is None else "knee"
     points = [
         ("Pareto front", front, {"marker": "o", "color": _BEST, "s": 12, "alpha": 0.7, "linewidths": 0}),
-        (marked, _objectives([result["best"]], names), {"marker": "*", "color": _KNEE, "s": 110}),
-        ("nominal", _objectives([result["nominal"]], names), {"marker": "D", "color": _NOMINAL, "s": 32}),
+        (marked, _objectives([result.best], names), {"marker": "*", "color": _KNEE, "s": 110}),
+        ("nominal", _objectives([result.nominal], names), {"marker": "D", "color": _NOMINAL, "s": 32}),
     ]
-    for k, (name, entry) in enumerate(result["designs"].items()):
+    for k, (name, entry) in enumerate(result.designs.items()):
         look = {"marker": _MARKERS[k % 4], "color": _DESIGNS[k % 4], "s": 40}
         points.append((name, _objectives([entry], names), look))
     pairs = list(itertools.combinations(range(len(names)), 2))
@@ -266,6 +267,6 @@ def label_of(study: Study, name: str) -> str:
     return f"{text} [{typeset(unit)}" if bracket else unit
 
 
-def _objectives(entries: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Array:
+def _objectives(entries: Sequence[Design], names: Sequence[str]) -> Array:
     """Objectives of designs of ``result.json``, (m, no); NaN where one failed."""
-    return np.array([[entry["objectives"][name] for name in names] for entry in entries], dtype=np.float64)
+    return np.array([[entry.objectives[name] for name in names] for entry in entries], dtype=np.float64)

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from linkages.base.palette import IDEAL, INK, MEASURED
 from linkages.show.plots.style import COLORS, axis_label, typeset
+from optim.identify.result import IdentificationResult
 from optim.report.figures import png
 
 
-def write_identification(found: Mapping[str, Any], folder: Path, form: str = "png") -> None:
+def write_identification(found: IdentificationResult, folder: Path, form: str = "png") -> None:
     """Write figures: ``fit``, ``correlation``, ``windows`` and, if they are known, ``profiles`` and ``posterior``.
 
     Parameters
     ----------
-    found : mapping
-        Content of ``result.json``, from `optim.identify`.
+    found : IdentificationResult
+        From `optim.identify`.
     folder : Path
     form : str
         Format of the files.
@@ -46,7 +45,7 @@ def write_identification(found: Mapping[str, Any], folder: Path, form: str = "pn
         _write_posterior(found, folder / f"posterior.{form}")
 
 
-def _write_fit(found: Mapping[str, Any], path: Path) -> None:
+def _write_fit(found: IdentificationResult, path: Path) -> None:
     curves = found["curves"]
     with png(path, 8.0, 2.2 * len(curves) + 0.6) as figure:
         axes = np.atleast_2d(figure.subplots(len(curves), 2, squeeze=False, gridspec_kw={"width_ratios": (3, 2)}))
@@ -63,7 +62,7 @@ def _write_fit(found: Mapping[str, Any], path: Path) -> None:
             ax.set_xlabel("time of the file [s]")
 
 
-def _write_correlation(found: Mapping[str, Any], path: Path) -> None:
+def _write_correlation(found: IdentificationResult, path: Path) -> None:
     names = found["correlation"]["names"]
     matrix = np.array([[np.nan if x is None else x for x in row] for row in found["correlation"]["matrix"]])
     size = 2.2 + 0.55 * len(names)
@@ -80,7 +79,7 @@ def _write_correlation(found: Mapping[str, Any], path: Path) -> None:
         figure.colorbar(image, ax=ax)
 
 
-def _write_windows(found: Mapping[str, Any], path: Path) -> None:
+def _write_windows(found: IdentificationResult, path: Path) -> None:
     runs, ends, mean = np.array(found["history"]).T
     with png(path, 5.0, 3.2) as figure:
         ax = figure.subplots()
@@ -92,7 +91,7 @@ def _write_windows(found: Mapping[str, Any], path: Path) -> None:
             ax.annotate(f"{count:.0f} runs", (x, y), textcoords="offset points", xytext=(3, 5), fontsize=7)
 
 
-def _write_profiles(found: Mapping[str, Any], path: Path) -> None:
+def _write_profiles(found: IdentificationResult, path: Path) -> None:
     shown = {name: one for name, one in found["parameters"].items() if "profile" in one}
     with png(path, 3.2 * len(shown), 3.0) as figure:
         for ax, (name, one) in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True):
@@ -116,7 +115,7 @@ def _write_profiles(found: Mapping[str, Any], path: Path) -> None:
             ax.legend()
 
 
-def _write_posterior(found: Mapping[str, Any], path: Path) -> None:
+def _write_posterior(found: IdentificationResult, path: Path) -> None:
     """Draw the samples of each pair of unknowns, and histograms, with the values and intervals of the fit."""
     samples, n = np.array(found["posterior"]["samples"]), len(found["parameters"])
     with png(path, 1.9 * n + 0.8, 1.7 * n + 0.8) as figure:

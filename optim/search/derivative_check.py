@@ -15,7 +15,7 @@ from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.gradients import Gradients, check_sensitivities
 from optim.evaluate.limits import limits, problem_of
 from optim.problem.study import Array, Study
-from optim.search.optimise import settings_of
+from optim.search.task import settings_of
 
 _STEPS = (1e-5, 1e-4, 1e-3, 1e-2)  # of central differences, in parts of the bounds
 _SAME = 0.01  # largest deviation of derivatives that agree, in parts of the largest one of a quantity

@@ -21,6 +21,7 @@ from optim.evaluate.requests import Request, Statistics
 from optim.evaluate.single_runs import run_on_drake
 from optim.problem.schema import LIFE
 from optim.problem.study import Array, Study
+from optim.search.result import Design
 
 _TIGHTER = 0.1  # tolerance of the checking runs relative to the tolerance of the study
 _PHASES = 10
@@ -29,15 +30,18 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0  # its multiples are spread evenly, and a
 
 @validated
 def verify(
-    study: Study, best: dict[str, Any], threads: Count | None = None, progress: Callable[[float], None] | None = None
+    study: Study,
+    best: Design | dict[str, Any],
+    threads: Count | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> dict[str, Any]:
     """Check an optimum at a ten times tighter tolerance: on Drake, and, with dry contact, from unseen starts.
 
     Parameters
     ----------
     study : Study
-    best : dict
-        The optimum as in ``result.json``.
+    best : Design or dict
+        The optimum, or its entry in ``result.json``.
     threads : int, optional
         Threads of the compiled engine.
     progress : callable, optional

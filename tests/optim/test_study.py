@@ -14,7 +14,7 @@ from linkages.base import disk
 from linkages.input.files.writing import locked
 from optim import ALGORITHMS, Stopped, find_study, load_study, optimise
 from optim.evaluate.evaluations import Evaluations
-from optim.search.optimise import identity_of, settings_of
+from optim.search.task import identity_of, settings_of
 from optim.store import store as study
 from optim.store.sqlite import SCHEMA, UNSEALED
 
