@@ -139,6 +139,11 @@ def test_the_command_says_that_the_limit_ended_it(ticking, tmp_path, capsys):
     assert "the limit of time ended the runs at" in capsys.readouterr().out
 
 
+def test_a_limit_that_is_too_short_for_two_samples_leaves_some(tmp_path):
+    arguments = ["--duration", "1e-3", "--accuracy", "1e-9", "--limit", "1 us", "--out", str(tmp_path)]
+    assert main(["compare", "slider_crank_dry.toml", *arguments]) == 0
+
+
 def test_an_interruption_within_a_run_ends_the_comparison(dry):
     begun = []
 

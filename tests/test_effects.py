@@ -261,6 +261,22 @@ def test_each_refusal_has_its_reason(path, tmp_path):
     assert varied(system, path, [value, value + 0.01]) == f"changes no number of the model: {IDLE[path]}"
 
 
+def test_segments_of_a_rigid_link_are_no_number_of_drake_either(tmp_path):
+    options = argparse.Namespace(file=str(new(tmp_path)), set=["links.rod.segments=9"])
+    with pytest.raises(InputError, match=r'link rod is rigid; give links\.rod\.model = "flexible"'):
+        load_system(options)
+
+
+def test_the_key_of_a_refused_number_is_the_one_in_the_file(tmp_path):
+    """Not the type that the number failed to be, where a key takes numbers and texts."""
+    new(tmp_path)
+    (tmp_path / "mine.toml").write_text(FIT.replace("deviation = 1.0", "deviation = 0.0"))
+    with pytest.raises(
+        InputError, match=r"^mine\.toml: data\.run\.columns\.a\.deviation: is 0\.0; it should be greater"
+    ):
+        optim.load_identification(tmp_path / "mine.toml")
+
+
 def test_the_direction_of_an_output_counts(tmp_path):
     """A frame's own angle changes nothing but an output that asks for it."""
     system, path = load(new(tmp_path)), "sdf.frames.crank_A.pose.yaw"

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from linkages.base.brief import counted
-from linkages.cli.options import add_experiment, add_number, load_system, output_folder, print_results, record
+from linkages.cli.options import add_experiment, add_number, load_system, output_folder, print_results, record, seconds
 from linkages.cli.progress import stages
 from linkages.input.files.writing import write_json
 
@@ -29,7 +29,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     meaning = "accuracy of both engines, small so that they are compared and not their tolerances"
     add_number(parser, "--accuracy", 1e-11, "X", meaning)
     meaning = "longest time of the runs, of which Drake's take minutes; what they reach by then is compared"
-    add_number(parser, "--limit", 120.0, "SECONDS", meaning)
+    parser.add_argument("--limit", type=seconds, default=120.0, metavar="SECONDS", help=f"{meaning}; default: 120")
 
 
 def run(options: argparse.Namespace) -> int:

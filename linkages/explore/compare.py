@@ -33,6 +33,7 @@ from linkages.system import System
 from linkages.system.rigid_segments import segmented
 
 _IMPACTS = 2  # number of individually compared contacts of each joint
+_FEWEST = 20  # steps, or parts of them, that a stage makes in any case: one sample cannot be compared
 _RUN, _LOOSER, _HORIZON = 0.5, 0.85, 0.95  # parts of the limit of time after which these stages end
 
 
@@ -210,12 +211,12 @@ class _Stage:
 
     def __init__(self, tell: TimeReport, end: float, until: float) -> None:
         self._tell, self._end, self._until = tell, end, until
-        self.reached, self.late = 0.0, False
+        self.reached, self.late, self._calls = 0.0, False, 0
 
     def __call__(self, time: float) -> None:
-        self.reached = time
+        self.reached, self._calls = time, self._calls + 1
         self._tell(time)
-        self.late = clock.monotonic() > self._end
+        self.late = clock.monotonic() > self._end and self._calls > _FEWEST
         if self.late or time > self._until:
             raise TimeOverError
 

@@ -537,7 +537,7 @@ def test_the_least_stress_of_a_link_has_the_derivative_of_differences():
 
 
 def test_derivatives_at_many_times_take_the_memory_of_their_outputs():
-    """Changes of all states at 50,000 times are 250 MB; the requested ones are 0.8 MB."""
+    """Changes of all states at 50,000 times take 79 MB; the requested ones 0.8 MB."""
     system = linkages.load(linkages.find_file("slider_crank_lubricated.toml"), {"duration": 1e-3})
     run = linkages.simulate(system, outputs=["slider.x"], wrt=["drives.O.speed"])
     times = np.linspace(0.0, 1e-3, 50_000)

@@ -118,7 +118,7 @@ def without_effect(system: System, before: System, path: str) -> str:
     Numbers that a run does not read but another command does, and values equal to those before, are allowed.
     """
     new, old = (_numbers_at(one, path) for one in (system, before))
-    if new is None or new == old or path.partition(".")[0] in _SETTINGS or set(path.split(".")) & _ELSEWHERE.keys():
+    if new is None or new == old or path.partition(".")[0] in _SETTINGS or _is_used_elsewhere(system, path):
         return ""
     try:
         same = not differ(system, before)
@@ -228,12 +228,12 @@ def _reason(system: System, path: str) -> str:
     table, name, *keys = [*path.split("."), ""]
     if table == "sdf":
         return _of_machine(system, path)
+    if table == "links" and name not in system.experiment.flexible:
+        return f'link {name} is rigid; give links.{name}.model = "flexible"'
     for key in set(keys) & _ELSEWHERE.keys():
         return f"only {_ELSEWHERE[key]}"
     if table == "joints":
         return _of_joint(system, name)
-    if table == "links" and name not in system.flexible:
-        return f'link {name} is rigid; give links.{name}.model = "flexible"'
     return "no model or law that is chosen uses it"
 
 
@@ -249,6 +249,13 @@ def _of_machine(system: System, path: str) -> str:
     if kind == "joints":
         return _of_axis(system, name, keys[1])
     return ("it moves the reference configuration only" if kind == "links" else "only the drawing uses it") + known
+
+
+def _is_used_elsewhere(system: System, path: str) -> bool:
+    """Check whether another computation than a compiled run reads the value."""
+    table, name, *_ = [*path.split("."), ""]
+    idle = table == "links" and name not in system.experiment.flexible
+    return not idle and bool(set(path.split(".")) & _ELSEWHERE.keys())
 
 
 def _of_joint(system: System, name: str) -> str:
