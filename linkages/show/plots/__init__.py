@@ -4,6 +4,8 @@
 |--------------------|--------------------------------------------------------------------------------------|
 | style              | none: palette, line styles, labels and settings of all figures                       |
 | presentation       | none: format, size and style of the files of figures                                 |
+| quantities         | none: numbers with units, changes, shares, as people read them                       |
+| headlines          | none: the answer above a figure, and from when curves are drawn                      |
 | histories          | outputs, forces and torques, ideal and real; deflection and stress of flexible links |
 | journals           | orbits of journals in their clearances, blocks in their slots, contacts over time    |
 | pages              | none: HTML pages from templates; curves as data, and the script that draws them      |

@@ -65,7 +65,8 @@ _PRINT = {
     "figure.dpi": 300,
     **{f"{axis}tick.major.{key}": value for axis in "xy" for key, value in (("width", 0.5), ("size", 2.5))},
 }
-_DATES = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # none in the files
+_DATES: dict[str, dict[str, Any]] = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # none in the files
+_DESCRIPTION = {"png": "Description", "pdf": "Subject", "svg": "Description"}
 #: Margins of stacked axes [inches], and the gap between two of them.
 _LEFT, _RIGHT, _TOP, _BOTTOM, _GAP = 0.98, 0.22, 0.34, 0.46, 0.14
 _SHALLOW = 0.62  # least height of a panel on average [inches]
@@ -174,15 +175,21 @@ def save_figure(figure: Figure, path: Path, format: str) -> None:
     with warnings.catch_warnings(record=True) as said:
         warnings.filterwarnings("always", "constrained_layout not applied")
         if format == "png":
-            FigureCanvasAgg(figure).print_png(path)
+            FigureCanvasAgg(figure).print_png(path, metadata=_described(figure, format))
         else:
             with figure_style():
-                figure.savefig(path, format=format, metadata=_DATES.get(format))
+                figure.savefig(path, format=format, metadata=_described(figure, format))
     for one in said:
         if "constrained_layout not applied" in str(one.message):
             notice(f"{path.name} is too small for its panels, which overlap; give a larger size")
         else:
             warnings.warn(one.message, stacklevel=2)
+
+
+def _described(figure: Figure, format: str) -> dict[str, Any]:
+    """Return the metadata of a file: no dates, and the answer of the figure, which pages have as alternative text."""
+    said = str(figure.get_label())
+    return {**_DATES.get(format, {}), **({_DESCRIPTION[format]: said} if said else {})}
 
 
 def engineering(unit: str, largest: float) -> tuple[str, float]:

@@ -9,6 +9,9 @@ from typing import Any
 
 from linkages.base.errors import Status, listed
 from linkages.input.files.magnitudes import rounded
+from linkages.results.characteristics import peaks_by_key
+from linkages.results.warnings import relative
+from linkages.show.plots.quantities import change, quantity, share
 from linkages.show.plots.style import engineering
 from linkages.show.report import words
 from linkages.show.report.result_folder import Results
@@ -50,6 +53,37 @@ def answer(summary: dict[str, Any], file: str) -> list[str]:
     asked = f"{summary['duration']:.4g} s of {summary['provenance']['experiment']['duration']:g} s"
     ended = f"The run ended early, at {asked}, with the status {status.value}; the numbers belong to this part."
     return [ended, _action(play, loose), _effect(shown, summary["warnings"]), f"Next, {status.remedy}."]
+
+
+def tiles(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the four numbers of the first screen, each with its meaning."""
+    shown, ideal = words.reported(summary), words.perfect(words.reported(summary))
+    found = []
+    forces = {name: joint["force"]["peak"] for name, joint in shown["joints"].items() if joint["force"]["peak"]}
+    if forces:
+        name = max(forces, key=forces.__getitem__)
+        told = change(forces[name], ideal["joints"][name]["force"]["peak"] or 0.0)
+        found.append((quantity(forces[name], "N"), f"largest joint force, in {name}" + (f"; {told}" if told else "")))
+    films = {
+        name: joint["film_thickness"]["min"] for name, joint in shown["joints"].items() if "film_thickness" in joint
+    }
+    contact = {
+        name: joint["contact_fraction"] for name, joint in shown["joints"].items() if joint.get("contact_fraction")
+    }
+    if contact:
+        name = max(contact, key=contact.__getitem__)
+        found.append((share(contact[name]), f"of the time in contact, joint {name}"))
+    elif films:
+        name = min(films, key=films.__getitem__)
+        found.append((quantity(films[name], "m", 3), f"thinnest oil film, in {name}"))
+    kind = (summary.get("motion") or {}).get("kind")
+    found.append((kind or summary["status"], "motion at the end of the run" if kind else "status of the run"))
+    peaks = peaks_by_key(summary)
+    estimated = {key: error for key, error in summary["error"].items() if key in peaks}
+    errors = [part for _, part in relative(peaks, estimated) if part < 1.0]
+    if errors:
+        found.append((share(max(errors[0], 1e-4)), "largest error of a peak, estimated"))
+    return found
 
 
 def remarks(summary: dict[str, Any]) -> list[str]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import base64
+import html
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -67,7 +69,18 @@ def _figure(path: Path, compared: bool) -> dict[str, str]:
         caption = f"{output} over time, ideal joints and clearance; below: their difference."
     if not compared:
         caption = caption.replace(", ideal joints and clearance; below: their difference", "")
-    return {"caption": caption, "source": data_uri(path)}
+    return {"caption": caption, "source": data_uri(path), "answer": described(path) or caption}
+
+
+def described(path: Path) -> str:
+    """Read the answer of a figure from its file; empty if it has none."""
+    if path.suffix == ".svg":
+        found = re.search(r"<dc:description>(.*?)</dc:description>", path.read_text(encoding="utf-8"), re.DOTALL)
+        return html.unescape(found[1]).strip() if found else ""
+    from PIL import Image  # of matplotlib
+
+    with Image.open(path) as picture:
+        return str(picture.info.get("Description", ""))
 
 
 def data_uri(path: Path) -> str:
