@@ -1,9 +1,7 @@
 """Files of MuJoCo, written by hand in the styles of public ones: what each becomes, or why it is refused."""
 
 HEAD = '<mujoco model="{0}"><compiler angle="radian"/><option gravity="0 0 -9.81"/><worldbody>'
-CRANK = (
-    '<body name="crank"><joint name="O" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.1 0 0.05" size="0.01"/>'
-)
+CRANK = '<body name="crank"><joint name="O" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.1 0 0.05" size="0.01"/>'
 
 #: Machines that move as in MuJoCo: text, mass of the moving links [kg], degrees of freedom.
 OPEN = {
@@ -74,7 +72,7 @@ OPEN = {
         '<frame pos="0.1 0 0" euler="20 0 0"><body name="a" xyaxes="0 1 0 -1 0 0"><joint name="A" axis="0 0 1"/>'
         '<geom type="cylinder" size="0.03 0.1" pos="0.1 0 0" zaxis="1 0 0"/><frame axisangle="0 0 1 35"><body name="b"'
         ' pos="0.2 0 0"><joint name="B" axis="0 0 -1" pos="0.02 0 0"/><geom type="ellipsoid" size="0.1 0.02 0.03"/>'
-        '</body></frame></body></frame></worldbody></mujoco>',
+        "</body></frame></body></frame></worldbody></mujoco>",
         None,
         2,
     ),
