@@ -71,7 +71,8 @@ class Defaults:
     def of(self, element: ET.Element, tag: str | None = None) -> ET.Element:
         """Return a copy of an element with the attributes of its class, or of this one, that it does not give."""
         made = copy.deepcopy(element)
-        made.attrib.update(self.child(element.get("class"))._own.get(tag or element.tag, {}) | dict(element.attrib))
+        usual = self.child(element.get("class"))._own.get(tag or element.tag, {})
+        made.attrib.update({**usual, **element.attrib})
         return made
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from linkages.base.errors import ARGUMENT, AssemblyError, InputError, RunError
-from linkages.base.packages import needed
+from linkages.base.packages import check_installed
 from linkages.base.palette import css, repainted
 from linkages.input.files.versions import versions
 from linkages.show.live.controls import Control, controls, extended
@@ -239,7 +239,9 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
     >>> page = linkages.play(system, {"joints.A.clearance": (5e-5, 5e-4)})  # doctest: +SKIP
     """
-    anywidget = needed("anywidget", "play")
+    check_installed("anywidget", "play")
+    import anywidget
+
     answers = Answers(Session(system), controls(system, vary), Path(folder))
 
     class Page(anywidget.AnyWidget):
