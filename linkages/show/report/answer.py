@@ -9,7 +9,7 @@ from typing import Any
 
 from linkages.base.errors import Status, listed
 from linkages.input.files.magnitudes import rounded
-from linkages.results.characteristics import peaks_by_key
+from linkages.results.shape import peaks_by_key
 from linkages.results.warnings import relative
 from linkages.show.plots.quantities import change, quantity, share
 from linkages.show.plots.style import engineering
