@@ -22,11 +22,9 @@ from optim.evaluate.limits import Limit, in_units, limits
 from optim.problem.scatter import Scatter
 from optim.problem.schema import SAMPLING
 from optim.problem.study import Array, Study
+from optim.search import numerics
 from optim.search.recorder import Recorder
 from optim.search.tolerance_statistics import clopper_pearson
-
-_CHUNK = 512  # machines in a transaction of the store; after each the interval of the yield is judged
-_STEP = 0.1  # of differences, in deviations
 
 
 class Sampling(Table):
@@ -119,9 +117,11 @@ class SampledMachines:
         points = self.scatter.values(normal)
         rows: list[Array] = [np.empty((0, len(self.study.quantities)))]
         done, status = 0, list[str]()
-        for start in range(0, len(points), _CHUNK):
-            evaluator.progress = _part(progress, start, min(_CHUNK, len(points) - start), len(points), evaluator)
-            values, found = self.run(points[start : start + _CHUNK])
+        for start in range(0, len(points), numerics.SAMPLED_MACHINES_CHUNK):
+            evaluator.progress = _part(
+                progress, start, min(numerics.SAMPLED_MACHINES_CHUNK, len(points) - start), len(points), evaluator
+            )
+            values, found = self.run(points[start : start + numerics.SAMPLED_MACHINES_CHUNK])
             rows.append(values)
             status += found.status
             done += len(values)
@@ -147,7 +147,7 @@ class SampledMachines:
             found = self._gradients.rates(design)
             if np.isfinite(found).all():
                 return found
-        steps = np.diag(_STEP * self.scatter.deviations)
+        steps = np.diag(numerics.SAMPLED_MACHINES_STEP * self.scatter.deviations)
         moved = np.concatenate([design + steps, design - steps])
         values, _ = self.run(moved)
         size = np.diag(moved[: len(design)] - moved[len(design) :])

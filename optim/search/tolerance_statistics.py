@@ -11,10 +11,8 @@ from scipy.stats import beta, binom
 
 from linkages.base.arrays import Array
 from optim.problem.scatter import Scatter
+from optim.search import numerics
 
-_GROUPS = 10  # of the jackknife
-_ROUNDING = 1e-12  # relative differences of values that count as none
-_EACH = 4  # machines for each coefficient of the regression, at least
 #: Probabilities of the quantiles in a report: median, 90 % and the 6 deviations of a normal quantity.
 LEVELS = (0.00135, 0.05, 0.5, 0.95, 0.99865)
 
@@ -75,7 +73,7 @@ def _size(values: Array) -> float:
 
 def _constant(values: Array) -> bool:
     """Tell whether values differ by rounding alone."""
-    return bool(np.ptp(values / _size(values)) <= _ROUNDING)
+    return bool(np.ptp(values / _size(values)) <= numerics.TOLERANCE_STATISTICS_ROUNDING)
 
 
 def capability(mean: float, deviation: float, at_least: float | None, at_most: float | None) -> float | None:
@@ -106,12 +104,14 @@ def variance_shares(normal: Array, values: Array) -> Shares | None:
     m, n = normal.shape
     pairs = [(i, j) for i in range(n) for j in range(i)]
     alone = np.stack([normal, normal**2 - 1.0, normal**3 - 3.0 * normal], axis=2)
-    if m < _EACH * (3 * n + len(pairs) + 1):
+    if m < numerics.TOLERANCE_STATISTICS_EACH * (3 * n + len(pairs) + 1):
         alone, pairs = alone[:, :, :1], []
-    if m < _EACH * (n + 1):
+    if m < numerics.TOLERANCE_STATISTICS_EACH * (n + 1):
         return None
-    values, group = values / _size(values), np.arange(m) % _GROUPS
-    if any(_constant(values[group != k]) for k in range(_GROUPS)):  # few machines make all of the variance
+    values, group = values / _size(values), np.arange(m) % numerics.TOLERANCE_STATISTICS_GROUPS
+    if any(
+        _constant(values[group != k]) for k in range(numerics.TOLERANCE_STATISTICS_GROUPS)
+    ):  # few machines make all of the variance
         return None
     terms = np.column_stack([alone.reshape(m, -1), *(normal[:, i] * normal[:, j] for i, j in pairs)])
     owners = np.zeros((n, terms.shape[1]), dtype=bool)
@@ -128,8 +128,8 @@ def variance_shares(normal: Array, values: Array) -> Shares | None:
         return np.stack([owners @ each, together @ each]), float(1.0 - each.sum())
 
     shares, rest = estimate(np.ones(m, dtype=bool))
-    partial = np.array([estimate(group != k)[0] for k in range(_GROUPS)])
-    errors = np.sqrt((_GROUPS - 1) * partial.var(axis=0))
+    partial = np.array([estimate(group != k)[0] for k in range(numerics.TOLERANCE_STATISTICS_GROUPS)])
+    errors = np.sqrt((numerics.TOLERANCE_STATISTICS_GROUPS - 1) * partial.var(axis=0))
     return Shares(shares[0], errors[0], shares[1], errors[1], rest)
 
 
