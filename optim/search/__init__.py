@@ -15,5 +15,6 @@
 | tolerance_statistics | intervals, shares of the variance, yields of narrower tolerances       |
 | rare_limits  | shares beyond limits that hardly any machine exceeds, and what remains unknown |
 | rare_shares  | subset simulation, importance sampling, FORM on normal numbers               |
+| numerics     | numbers that tune searches, samples and checks                               |
 | sensitivity  | Sobol's indices, one variable at a time                                      |
 """

@@ -10,6 +10,7 @@ from scipy.special import ndtr, ndtri
 
 from optim.evaluate.limits import Limit
 from optim.problem.study import Array
+from optim.search import numerics
 from optim.search.rare_shares import (
     CHAINS,
     Climb,
@@ -22,16 +23,12 @@ from optim.search.rare_shares import (
 from optim.search.sampled_machines import Sample, SampledMachines
 from optim.search.tolerance_result import Climbed, Interval, MostProbable, QuantityStatistics, Rare, Weighted
 
-_RARE = 1e-3  # share of machines beyond a limit below which more of them are sought
 _FEWEST = 5 * CHAINS  # machines from which a search starts
-_CHAOTIC = 0.01  # share of the variance that a change of values by 1e-6 causes above which derivatives mean nothing
-_FAR = 8.0  # deviations between mean and limit from which nothing is sought
-_APART = 3.0  # standard errors between two estimates above which they contradict each other
 
 
 def chaotic(deviation: float, scattered: float | None) -> bool:
     """Tell whether derivatives of a quantity mean nothing, as a tiny change of the values scatters it too."""
-    return (scattered or 0.0) > math.sqrt(_CHAOTIC) * deviation
+    return (scattered or 0.0) > math.sqrt(numerics.RARE_LIMITS_CHAOTIC) * deviation
 
 
 def rare_limits(
@@ -43,7 +40,7 @@ def rare_limits(
     """
     excess, found = machines.excess(sample.values), dict[str, Rare]()
     for k, limit in enumerate(machines.limits):
-        if limit.equality or (excess[:, k] > 0.0).sum() > _RARE * len(excess):
+        if limit.equality or (excess[:, k] > 0.0).sum() > numerics.RARE_LIMITS_RARE * len(excess):
             continue
         why = _impossible(len(excess), limit, quantities[limit.name])
         found[limit.key] = _nothing(why) if why else _beyond(machines, sample, k, excess[:, k])
@@ -59,7 +56,11 @@ def _impossible(total: int, limit: Limit, report: QuantityStatistics) -> str:
     if chaotic(report.deviation, report.unpredictable_deviation):
         return "in chaotic machines a change of the values by 1e-6 decides which are beyond; count more machines"
     away = abs(limit.value - report.mean) / report.deviation
-    return f"the limit is {away:.0f} deviations from the mean; it was not sought" if away > _FAR else ""
+    return (
+        f"the limit is {away:.0f} deviations from the mean; it was not sought"
+        if away > numerics.RARE_LIMITS_FAR
+        else ""
+    )
 
 
 def _nothing(why: str) -> Rare:
@@ -99,7 +100,7 @@ def judged(climb: Climb, sampled: Sampled, confidence: float) -> Rare:
     if sampled.share > 0.0:
         error = sampled.error / sampled.share
         narrow = _interval(sampled.share, error, width)
-        if abs(math.log(sampled.share / climb.share)) <= _APART * math.hypot(error, climb.error):
+        if abs(math.log(sampled.share / climb.share)) <= numerics.RARE_LIMITS_APART * math.hypot(error, climb.error):
             return Rare(share=sampled.share, interval=narrow, unknown="", subset=subset, sampled=weighted)
         wide = Interval(min(wide.lower, narrow.lower), max(wide.upper, narrow.upper))
     unknown = f"two estimates differ, {climb.share:.2g} and {sampled.share:.2g}; the interval covers both"

@@ -103,16 +103,18 @@ def result_of(
         references = np.array([*study.designs.values()])
         described.append((references, evaluate(references)))
     (first,), entries, *known = (_entries(study, designs, values, nominal) for designs, values in described)
-    values = _minimised(study, entries) if several else None
+    labels = {name: study.label(name) for _, name, _ in study.quantities}
+    minimised = _minimised(study, entries)
+    best = entries[compromise(minimised) if several else 0]
     return StudyResult(
         study=study.source.stem,
         title=study.title,
         algorithm={"name": task.name, **task.settings.model_dump(mode="json")},
-        labels={name: study.label(name) for _, name, _ in study.quantities},
+        labels=labels,
         seed=task.seed,
         start=start,
         status=found.status,
-        best=entries[0 if values is None else compromise(values)],
+        best=best,
         front=entries if several else [],
         nominal=first,
         designs=dict(zip(study.designs, known[0] if known else [], strict=True)),

@@ -23,12 +23,9 @@ from optim.evaluate.limits import Limit, in_units, limits
 from optim.problem.scatter import Scatter
 from optim.problem.schema import SAMPLING
 from optim.problem.study import Array, Study
+from optim.search import numerics
 from optim.search.recorder import Recorder
 from optim.search.tolerance_statistics import clopper_pearson
-
-_CHUNK = 512  # machines after which the interval of the yield is judged; chunks of the store are multiples
-_UNDER_WAY = 2  # chunks at once with an executor: no worker waits while one is stored and judged
-_STEP = 0.1  # of differences, in deviations
 
 
 class Sampling(Table):
@@ -125,8 +122,12 @@ class SampledMachines:
         done = passed = 0
         for first, values, found in self._chunks(points, evaluator, progress):
             good = self._good(values)
-            for end in range(_CHUNK, len(values) + _CHUNK, _CHUNK):
-                part = good[end - _CHUNK : end]
+            for end in range(
+                numerics.SAMPLED_MACHINES_CHUNK,
+                len(values) + numerics.SAMPLED_MACHINES_CHUNK,
+                numerics.SAMPLED_MACHINES_CHUNK,
+            ):
+                part = good[end - numerics.SAMPLED_MACHINES_CHUNK : end]
                 done, passed = done + len(part), passed + int(part.sum())
                 if enough := self._enough(passed, done):
                     break
@@ -144,10 +145,10 @@ class SampledMachines:
     ) -> Iterator[tuple[int, Array, Evaluations]]:
         """Run machines (m, n) in chunks, some at once; yield the place of a chunk's first one, quantities, ends."""
         begun: deque[tuple[int, int, Callable[[], Evaluations]]] = deque()
-        next_one, most = 0, 1 if evaluator.executor is None else _UNDER_WAY
+        next_one, most = 0, 1 if evaluator.executor is None else numerics.SAMPLED_MACHINES_UNDER_WAY
         while next_one < len(points) or begun:
             while next_one < len(points) and len(begun) < most:
-                chunk = points[next_one : next_one + evaluator.population(_CHUNK)]
+                chunk = points[next_one : next_one + evaluator.population(numerics.SAMPLED_MACHINES_CHUNK)]
                 begun.append((next_one, len(chunk), self.recorder.begin(chunk)))
                 next_one += len(chunk)
             first, size, wait = begun.popleft()
@@ -174,7 +175,7 @@ class SampledMachines:
             found = self._gradients.rates(design)
             if np.isfinite(found).all():
                 return found
-        steps = np.diag(_STEP * self.scatter.deviations)
+        steps = np.diag(numerics.SAMPLED_MACHINES_STEP * self.scatter.deviations)
         moved = np.concatenate([design + steps, design - steps])
         values, _ = self.run(moved)
         size = np.diag(moved[: len(design)] - moved[len(design) :])

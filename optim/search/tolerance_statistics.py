@@ -12,11 +12,8 @@ from scipy.stats import beta, binom
 
 from linkages.base.arrays import Array
 from optim.problem.scatter import Scatter
+from optim.search import numerics
 
-_GROUPS = 10  # of the jackknife
-_ROUNDING = 1e-12  # relative differences of values that count as none
-_BLOCK = 2**16  # machines whose densities are computed at once
-_EACH = 4  # machines for each coefficient of the regression, at least
 #: Probabilities of the quantiles in a report: median, 90 % and the 6 deviations of a normal quantity.
 LEVELS = (0.00135, 0.05, 0.5, 0.95, 0.99865)
 
@@ -77,7 +74,7 @@ def _size(values: Array) -> float:
 
 def _constant(values: Array) -> bool:
     """Tell whether values differ by rounding alone."""
-    return bool(np.ptp(values / _size(values)) <= _ROUNDING)
+    return bool(np.ptp(values / _size(values)) <= numerics.TOLERANCE_STATISTICS_ROUNDING)
 
 
 def capability(mean: float, deviation: float, at_least: float | None, at_most: float | None) -> float | None:
@@ -106,16 +103,26 @@ def variance_shares(normal: Array, values: Array) -> Shares | None:
     machines, or the sample is short.
     """
     m, n = normal.shape
-    if m < _EACH * (n + 1):
+    if m < numerics.TOLERANCE_STATISTICS_EACH * (n + 1):
         return None
     pairs = [(i, j) for i in range(n) for j in range(i)]
     degree = 3
-    if m < _EACH * (3 * n + len(pairs) + 1):
+    if m < numerics.TOLERANCE_STATISTICS_EACH * (3 * n + len(pairs) + 1):
         degree, pairs = 1, []
-    values, group = values / _size(values), np.arange(m) % _GROUPS
-    if any(_constant(values[group != k]) for k in range(_GROUPS)):  # few machines make all of the variance
+    values, group = values / _size(values), np.arange(m) % numerics.TOLERANCE_STATISTICS_GROUPS
+    if any(
+        _constant(values[group != k]) for k in range(numerics.TOLERANCE_STATISTICS_GROUPS)
+    ):  # few machines make all of the variance
         return None
-    factors = [_triangular(normal[k::_GROUPS], values[k::_GROUPS], degree, pairs) for k in range(_GROUPS)]
+    factors = [
+        _triangular(
+            normal[k :: numerics.TOLERANCE_STATISTICS_GROUPS],
+            values[k :: numerics.TOLERANCE_STATISTICS_GROUPS],
+            degree,
+            pairs,
+        )
+        for k in range(numerics.TOLERANCE_STATISTICS_GROUPS)
+    ]
     owners = np.zeros((n, degree * n + len(pairs)), dtype=bool)
     owners[:, : degree * n] = np.repeat(np.eye(n, dtype=bool), degree, axis=1)
     together = owners.copy()
@@ -132,9 +139,14 @@ def variance_shares(normal: Array, values: Array) -> Shares | None:
         each = solution * (terms.T @ y) / (y @ y)
         return np.stack([owners @ each, together @ each]), float(1.0 - each.sum())
 
-    shares, rest = estimate(range(_GROUPS))
-    partial = np.array([estimate(j for j in range(_GROUPS) if j != k)[0] for k in range(_GROUPS)])
-    errors = np.sqrt((_GROUPS - 1) * partial.var(axis=0))
+    shares, rest = estimate(range(numerics.TOLERANCE_STATISTICS_GROUPS))
+    partial = np.array(
+        [
+            estimate(j for j in range(numerics.TOLERANCE_STATISTICS_GROUPS) if j != k)[0]
+            for k in range(numerics.TOLERANCE_STATISTICS_GROUPS)
+        ]
+    )
+    errors = np.sqrt((numerics.TOLERANCE_STATISTICS_GROUPS - 1) * partial.var(axis=0))
     return Shares(shares[0], errors[0], shares[1], errors[1], rest)
 
 
@@ -171,8 +183,10 @@ def yield_of(
 
 def _log_densities(scatter: Scatter, designs: Array) -> Array:
     """Return the logarithms of the densities of machines (m, n), in blocks: a million needs little memory."""
-    starts = range(0, max(len(designs), 1), _BLOCK)
-    return np.concatenate([scatter.log_density(designs[first : first + _BLOCK]) for first in starts])
+    starts = range(0, max(len(designs), 1), numerics.TOLERANCE_STATISTICS_BLOCK)
+    return np.concatenate(
+        [scatter.log_density(designs[first : first + numerics.TOLERANCE_STATISTICS_BLOCK]) for first in starts]
+    )
 
 
 class FirstOrder(NamedTuple):

@@ -20,6 +20,7 @@ from optim.evaluate.evaluator import Evaluator
 from optim.problem.scatter import Scatter
 from optim.problem.schema import SAMPLING
 from optim.problem.study import Array, Study
+from optim.search import numerics
 from optim.search import tolerance_statistics as statistics
 from optim.search.rare_limits import chaotic, rare_limits
 from optim.search.recorder import recording
@@ -37,13 +38,6 @@ from optim.search.tolerance_result import (
     ToleranceResult,
     Variance,
     Yield,
-)
-
-_CHANGE = 1e-6  # relative change of the values that shows how predictable the machines are
-_REPEATED = 64  # machines that are run again with this change
-_CORNERS = 6  # most values for which all corners of their limits are run
-_NOTHING = (
-    0.1  # deviation to first order over that of the machines below which it explains 1 % of the variance, or less
 )
 
 
@@ -216,7 +210,7 @@ def _first_order(machines: SampledMachines, rates: Array, deviation: float, scat
         unknown = "the quantity does not vary"
     elif chaotic(deviation, scattered):
         unknown = "a change of the values by 1e-6 changes the quantity, which has no derivatives"
-    elif linear.deviation < _NOTHING * deviation:
+    elif linear.deviation < numerics.TOLERANCES_NOTHING * deviation:
         unknown = "the derivatives vanish at the means, or nearly"
     if unknown:
         return FirstOrder(deviation=known, error=None, shares=None, unknown=unknown)
@@ -239,12 +233,12 @@ def _shares(machines: SampledMachines, sample: Sample, values: Array) -> Varianc
 
 def _chaos(machines: SampledMachines, sample: Sample) -> list[float | None]:
     """Return the deviation of each quantity that a relative change of the values by 1e-6 causes."""
-    rows = np.flatnonzero(sample.ran)[:_REPEATED]
+    rows = np.flatnonzero(sample.ran)[: numerics.TOLERANCES_REPEATED]
     if len(rows) == 0:
         return [None] * sample.values.shape[1]
     designs = sample.designs[rows]
     sizes = np.maximum(np.abs(designs), machines.scatter.deviations)
-    again, _ = machines.run(designs + _CHANGE * sizes)
+    again, _ = machines.run(designs + numerics.TOLERANCES_CHANGE * sizes)
     with np.errstate(invalid="ignore", over="ignore"):
         change = again - sample.values[rows]
     known = change[np.isfinite(change).all(axis=1)]
@@ -259,7 +253,7 @@ def _corners(machines: SampledMachines, sample: Sample) -> list[dict[str, Any]]:
     ``outside`` is the share of machines beyond them: a quantity has extremes inside the limits if it is large.
     """
     n = len(machines.scatter.names)
-    if n > _CORNERS:
+    if n > numerics.TOLERANCES_CORNERS:
         return []
     corners = np.array(
         [

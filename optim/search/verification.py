@@ -21,10 +21,9 @@ from optim.evaluate.requests import Request, Statistics
 from optim.evaluate.single_runs import run_on_drake
 from optim.problem.schema import LIFE
 from optim.problem.study import Array, Study
+from optim.search import numerics
 from optim.search.result import Design
 
-_TIGHTER = 0.1  # tolerance of the checking runs relative to the tolerance of the study
-_PHASES = 10
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0  # its multiples are spread evenly, and are no fractions of a turn
 
 
@@ -63,13 +62,14 @@ def verify(
     'the optimum failed: no-assembly'
     """
     check_engine("drake")
-    report: dict[str, Any] = {"engine": "drake", "tolerance": f"{_TIGHTER:g} of the study's"}
+    report: dict[str, Any] = {"engine": "drake", "tolerance": f"{numerics.VERIFICATION_TIGHTER:g} of the study's"}
     if best["status"] != OK:
         why = "violates constraints" if best["status"] == INFEASIBLE else f"failed: {best['status']}"
         return report | {"status": f"the optimum {why}", "phases": None}
     if any(term.output.startswith(LIFE) for _, _, quantity in study.quantities for term in quantity.terms or ()):
         return report | {"status": "only the compiled engine computes a service life", "phases": None}
-    tight = study.replaced(lambda system: {"solver.accuracy": _TIGHTER * system.settings.accuracy})
+    tighter = numerics.VERIFICATION_TIGHTER
+    tight = study.replaced(lambda system: {"solver.accuracy": tighter * system.settings.accuracy})
     design = np.array([[best["variables"][path] for path in study.paths]])
     relative = any(quantity.relative for _, _, quantity in study.quantities)
     total = (2 if relative else 1) * sum(point.system.settings.duration for point in study.points)
@@ -108,7 +108,7 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
     """
     if not all(point.system.can_touch and _turns(point.system, point.paths) for point in study.points):
         return None
-    angles = [2.0 * math.pi * math.modf(k * _GOLDEN)[0] for k in range(1, _PHASES + 1)]
+    angles = [2.0 * math.pi * math.modf(k * _GOLDEN)[0] for k in range(1, numerics.VERIFICATION_PHASES + 1)]
     turned = [study.replaced(partial(_turned, angle=angle)) for angle in angles]
     designs = np.vstack([design, study.nominal])
     values = np.array([Evaluator(one, threads=threads)(designs).objectives for one in turned])
