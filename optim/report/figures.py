@@ -52,7 +52,7 @@ def write_convergence(study: Study, title: str, values: Values, path: Path) -> N
     constraints are open circles, failed ones are missing.
     """
     names, feasible = list(study.file.objectives), values.violation <= FEASIBLE
-    count = 1 + np.arange(len(feasible))
+    count = np.arange(1.0, 1.0 + len(feasible), dtype=np.float64)
     with png(path, 5.5, 1.2 + 2.0 * len(names), layout=None) as figure:
         axes = stacked_axes(figure, [1.0] * len(names))
         for ax, name, sign, column in zip(axes, names, study.signs, values.objectives.T, strict=True):
@@ -189,7 +189,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
     True
     """
     quantities = report["quantities"]
-    places, vague = np.arange(len(study.names)), False
+    places, vague = np.arange(len(study.names), dtype=np.float64), False
     with png(path, 1.6 + 2.6 * len(quantities), 1.2 + 0.42 * len(places)) as figure:
         axes = figure.subplots(1, len(quantities), sharey=True, squeeze=False)[0]
         for ax, (name, entry) in zip(axes, quantities.items(), strict=True):
@@ -199,7 +199,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
                 ("total", 0.2, _TOTAL, "total: with interactions"),
             ):
                 value, half = (
-                    np.array([row[key] for row in rows], dtype=float) for key in (kind, f"{kind}_confidence")
+                    np.array([row[key] for row in rows], dtype=np.float64) for key in (kind, f"{kind}_confidence")
                 )
                 vague = draw_shares(ax, places + shift, value, half, colour, text) or vague
             for place, row in zip(places, rows, strict=True):

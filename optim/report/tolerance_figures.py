@@ -64,7 +64,7 @@ def _write_contributions(
     study: Study, result: ToleranceResult, quantities: Mapping[str, QuantityStatistics], path: Path
 ) -> None:
     """Draw the shares of the variance of each quantity, and the yields of halved tolerances."""
-    places = np.arange(len(study.names))
+    places = np.arange(len(study.names), dtype=np.float64)
     with png(path, 2.2 + 2.4 * (len(quantities) + 1), 1.3 + 0.42 * len(places)) as figure:
         axes = figure.subplots(1, len(quantities) + 1, sharey=True, squeeze=False)[0]
         for ax, (name, entry) in zip(axes, quantities.items(), strict=False):
@@ -74,8 +74,8 @@ def _write_contributions(
                     ("first", -0.2, COLORS[3], "alone"),
                     ("total", 0.2, COLORS[0], "with others"),
                 ):
-                    half = 1.96 * np.array([row[f"{key}_error"] for row in rows], dtype=float)
-                    share = np.array([row[key] for row in rows], dtype=float)
+                    half = 1.96 * np.array([row[f"{key}_error"] for row in rows], dtype=np.float64)
+                    share = np.array([row[key] for row in rows], dtype=np.float64)
                     draw_shares(ax, places + shift, share, half, colour, text)
             ax.set_title(label_of(study, name), fontsize=9)
             ax.set_xlabel("share of the variance [1]")

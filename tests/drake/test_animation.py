@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from browser import find_browser, open_page
 from flexible_machines import bent_machine
 from machines import PLANES, bar, four_bar, joint, model, solid, written
 from pydrake.multibody.parsing import Parser
@@ -318,3 +319,30 @@ def test_links_that_bend_are_drawn_bent_so_that_it_is_seen(tmp_path):
     assert max(np.abs(tree.gaps(q)).max() for q in drawn[::40]) < 1e-9
     write_recording(found, tmp_path / "animation.html")
     assert "Deflections of links are magnified 10 times." in (tmp_path / "animation.html").read_text()
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium with its driver")
+@pytest.mark.slow
+def test_keys_play_and_step_the_animation_and_tab_reaches_its_button_first(dry, tmp_path):
+    write_animation(dry, tmp_path / "animation.html")
+    look = """
+    await decoded(window);
+    const [button, slider] = [document.querySelector("#bar button"), document.querySelector("#bar input")];
+    const press = (key) => document.body.dispatchEvent(new KeyboardEvent("keydown", {key, bubbles: true}));
+    const told = [button.textContent];
+    press(" ");
+    told.push(button.textContent);
+    slider.value = 10;
+    slider.dispatchEvent(new Event("input"));
+    await frames(2);
+    press("ArrowRight");
+    await frames(2);
+    told.push(slider.value);
+    const reached = [...document.querySelectorAll("a[href], button, input, select, [tabindex]")]
+      .find((one) => one.tabIndex >= 0 && one.checkVisibility());
+    return {told, first: reached === button, lang: document.documentElement.lang, title: document.title,
+      viewport: document.querySelector("meta[name=viewport]") !== null};
+    """
+    seen = open_page(tmp_path / "animation.html", tmp_path, look, (1280, 900)).seen
+    assert seen["told"] == ["pause", "play", "11"]
+    assert (seen["first"], seen["lang"], seen["viewport"], seen["title"]) == (True, "en", True, "four_bar")

@@ -182,7 +182,8 @@ def _compare(
     for name in labels:
         top, one = next(panels), told[name]
         _draw_both(assessment, top, name, errors.get(name, 0.0), narrow)
-        write_answer(top, *(one.short if narrow else (one.answer,)), second=narrow)
+        answer, note = one.short if narrow else (one.answer, "")
+        write_answer(top, answer, note, narrow)
         if name in both:
             bottom = next(panels)
             late = _draw_difference(assessment, bottom, name, errors.get(name, 0.0))
@@ -190,7 +191,7 @@ def _compare(
     handles = axes[0].get_legend_handles_labels()
     legend = figure.legend(*handles, ncols=2, loc="lower right", borderaxespad=0.1, fontsize=small_text())
     if len({color_for(assessment.system.colors, name) for name in labels}) > 1:
-        legend.legend_handles[-1].set_color(OTHER)  # of no single link
+        legend.get_lines()[-1].set_color(OTHER)  # of no single link
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("time [s]", loc="left")
     axes[-1].set_xlim(first_drawn(assessment), assessment.run.time[-1])

@@ -113,8 +113,8 @@ def _magnify(axis: Axes, path: Array, reach: float, color: str) -> None:
     times = round_length(max(reach * _INSET / half, 1.0))[0]
     if times < _MAGNIFIED:
         return
-    away = [0.0 if value > 0.0 else 1.0 - _INSET for value in middle]  # in the corner opposite to the orbit
-    inset = axis.inset_axes((*away, _INSET, _INSET))
+    left, below = (0.0 if value > 0.0 else 1.0 - _INSET for value in middle)  # in the corner opposite to the orbit
+    inset = axis.inset_axes((left, below, _INSET, _INSET))
     inset.plot(*path.T, color=color, lw=1.0)
     inset.plot(*path[0], "o", color=OTHER, ms=3.5)
     around = np.array([-reach, reach]) * _INSET / times
@@ -265,7 +265,7 @@ def guides_figure(assessment: Assessment) -> Figure:
     system, run = assessment.system, assessment.run
     names = [name for name in system.tree.play if name not in system.tree.journals]
     narrow = one_column(Figure(figsize=(6.3, 2.9)))
-    shape = {"width_ratios": [2, 3]} if not narrow else {}
+    shape: dict[str, Any] = {"width_ratios": [2, 3]} if not narrow else {}
     rows, columns = (2 * len(names), 1) if narrow else (len(names), 2)
     figure, axes = new_figure(2.9 * len(names), rows, columns, squeeze=False, **shape)
     needs_height(figure, 2.4 * rows)

@@ -130,7 +130,8 @@ def write_answer(axis: Axes, answer: str, note: str = "", second: bool = False) 
     from matplotlib.transforms import blended_transform_factory
 
     line, figure = 1.35 * small_text(), axis.get_figure(root=True)
-    left = blended_transform_factory(figure.transFigure, axis.transAxes) if second else axis.transAxes
+    across = figure.transFigure if second and figure is not None else axis.transAxes
+    left = blended_transform_factory(across, axis.transAxes)
     start = 0.02 if second else 0.0
     above: dict[str, Any] = {"textcoords": "offset points", "va": "bottom"}
     if answer:

@@ -142,9 +142,9 @@ def _values(axis: Axes, x: Array, y: Array, z: Any, mesh: QuadMesh) -> None:
         return
     for (row, column), value in np.ndenumerate(z):
         if value is not np.ma.masked:
-            cell = to_hex(mesh.to_rgba(value))
+            cell = to_hex(np.asarray(mesh.to_rgba(value)).tolist())
             look: dict[str, Any] = {"color": written_on(cell), "ha": "center", "va": "center", "fontsize": "small"}
-            text = axis.text(x[column], y[row], f"{value:.3g}", **look)
+            text = axis.text(float(x[column]), float(y[row]), f"{value:.3g}", **look)
             text.set_path_effects([withStroke(linewidth=3.0, foreground=cell)])  # readable on a hatching
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import gc
 import logging
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
@@ -37,6 +38,7 @@ _DEFLECTION = 0.05  # largest drawn deflection over the linkage's size
 _POSES = 60  # about as many poses are looked at for the bounds of the shapes
 _LENGTH = 8.0  # duration of every animation [s]
 
+_VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
 Views = list[JournalView | GuideView]
 
 
@@ -219,6 +221,7 @@ def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magn
     bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.flexible else ""
     names = columns(system.settings.outputs, tree.play, system.actuators)
     return {
+        "title": experiment.title or assessment.system.mechanism.name,
         "clock": [f"t = {t:.4f} s, {pace}" for t in times],
         "legend": bent + (legend if views else ""),
         "curves": curves(names, assessment.run, assessment.ideal, assessment.noise),
@@ -238,5 +241,8 @@ def add_captions(page: str, shown: Mapping[str, Any]) -> str:
     head, found, tail = page.rpartition("</body>")
     if not found:
         raise ValueError("the recording has no body to write captions into")
+    title = escape(str(shown.get("title", "Animation of a linkage")))
+    head = re.sub(r"<title>.*?</title>", "", head, count=1, flags=re.DOTALL)
+    head = head.replace("<head>", f"<head>{_VIEWPORT}<title>{title}</title>", 1)
     overlay = own_text("linkages.show.plots.animation", "overlay.html")
     return f"{head}{filled(overlay, curves=Markup(script()), data=embedded(shown))}{found}{tail}"
