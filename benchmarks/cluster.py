@@ -101,7 +101,7 @@ def measure(file: Path, samples: int, address: str, k: int) -> None:
         while count() < 2:
             time.sleep(0.1)
         Timed.seconds = 0.0
-        there, together, client = run(file, samples, executor=executor, parts=lambda: 2 * count(), threads=1)
+        there, together, client = run(file, samples, executor=executor, parts=lambda: 4 * count(), threads=1)
     line = f"{file.stem} {k + 1}: {samples} machines, {alone:.1f} s on one thread ({used:.1f} s of its processor)"
     line += f", {together:.1f} s on two workers ({client:.1f} s of the client), ratio {together / alone:.2f}"
     print(

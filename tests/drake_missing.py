@@ -4,6 +4,8 @@ A test needs Drake if it imports pydrake, has the mark `drake`, or reaches the p
 What must work without Drake is tested by `test_without_drake`, in every environment.
 """
 
+import doctest
+
 import pytest
 
 from linkages.base import packages
@@ -51,6 +53,15 @@ def pytest_make_collect_report(collector):
     if report.outcome == "failed" and problem and _needs_drake(problem.value.__cause__):
         report.outcome, report.longrepr = "skipped", (str(collector.path), 1, f"Skipped: {REASON}")
     return report
+
+
+class ExampleRunner(doctest.DocTestRunner):
+    """Runs examples of docstrings; one that needs Drake skips its test."""
+
+    def report_unexpected_exception(self, out, test, example, exc_info):
+        if isinstance(exc_info[1], pytest.skip.Exception) or _needs_drake(exc_info[1]):
+            pytest.skip(REASON)
+        super().report_unexpected_exception(out, test, example, exc_info)
 
 
 @pytest.fixture(autouse=True)

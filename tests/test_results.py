@@ -358,6 +358,7 @@ def test_importing_the_package_loads_no_engine():
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.drake
 def test_run_sevenbar_script_runs_from_anywhere(tmp_path):
     script = Path(__file__).resolve().parents[1] / "run_sevenbar.py"
     command = [sys.executable, script, "--duration", "0.05", "--no-plots", "--no-animation", "--no-error-estimate"]
