@@ -221,7 +221,7 @@ def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magn
     bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.flexible else ""
     names = columns(system.settings.outputs, tree.play, system.actuators)
     return {
-        "title": experiment.title or assessment.system.mechanism.name,
+        "title": system.description.title or system.description.machine,
         "clock": [f"t = {t:.4f} s, {pace}" for t in times],
         "legend": bent + (legend if views else ""),
         "curves": curves(names, assessment.run, assessment.ideal, assessment.noise),
