@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import cloudpickle
+import numpy as np
 import pytest
 from joint_records import joint
 from machines import four_bar
@@ -155,6 +156,7 @@ def test_the_magnitude_of_a_state_follows_from_the_parameters_of_its_law():
     assert system.law_states.names == ("bristle",)
     assert system.law_states.scales == pytest.approx([1e-5], rel=1e-15)
     assert system.law_states.starts == pytest.approx([3e-6], rel=1e-15)
+    assert system.law_states.remembered(0) == (np.inf, 0.0, 0.0, 3e-6)  # after the speed of approach, at the last place
 
 
 @pytest.mark.parametrize("kind", REGISTRIES)
