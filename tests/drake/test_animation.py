@@ -324,7 +324,7 @@ def test_links_that_bend_are_drawn_bent_so_that_it_is_seen(tmp_path):
 @pytest.mark.skipif(find_browser() is None, reason="no Chromium with its driver")
 @pytest.mark.slow
 def test_keys_play_and_step_the_animation_and_tab_reaches_its_button_first(dry, tmp_path):
-    write_animation(dry, tmp_path / "animation.html")
+    write_recording(dry, tmp_path / "animation.html")
     look = """
     await decoded(window);
     const [button, slider] = [document.querySelector("#bar button"), document.querySelector("#bar input")];
