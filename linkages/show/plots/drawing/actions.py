@@ -8,7 +8,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError
-from linkages.elements.machine import all_elements_of, elements_of, tell_elements
+from linkages.elements.machine import all_elements_of, count, elements_of, tell_elements
 from linkages.elements.pictures import (
     Around,
     Arrow,
@@ -189,7 +189,7 @@ def strongest(system: System, scene: Scene) -> Mapping[str, Array]:
     """
     ideal = system.ideal()
     parts = [(name, _values_drawn(kind.picture(keys, scene))) for kind, name, keys in elements_of(ideal.parts)]
-    if not any(count for _, count in parts):
+    if not any(shown for _, shown in parts):
         return {}
     try:
         if ideal.determinate:
@@ -201,13 +201,13 @@ def strongest(system: System, scene: Scene) -> Mapping[str, Array]:
     except (AssemblyError, InputError):  # drawn in the file's pose, with gaps in red
         return {}
     pose, vel = state_tables(ideal.tree.bodies, q, v)
-    values = np.empty((len(q), len(parts), len(LOAD_OUTPUTS)))
+    values = np.empty((len(q), count(ideal.elements), len(LOAD_OUTPUTS)))
     for k, time in enumerate(times):
         rates = np.concatenate([v[k], ideal.start_states])
         tell_elements(ideal.elements, ideal.packed.functions, time, rates, 0, pose[k], vel[k], values[k])
     found = {}
-    for k, (name, count) in enumerate(parts):
-        own = values[:, k, :count]
+    for k, (name, shown) in enumerate(parts):
+        own = values[:, k, :shown]
         largest = own[np.linalg.norm(own, axis=1).argmax()]
         if np.any(largest):
             found[name] = largest
