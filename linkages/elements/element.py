@@ -290,8 +290,8 @@ class Element(Generic[K]):
         return self.functions(keys, name) if self.functions is not None else {}
 
     def outputs_of(self, keys: K, slides: Slides) -> tuple[Quantities, ...]:
-        """Return the outputs of an element, the characteristic ones first."""
-        found = self.sort(keys, slides)
+        """Return the outputs of an element, the characteristic ones first; none of a kind that has none."""
+        found = self.sort(keys, slides) if self.outputs else ()
         return tuple(self.outputs[k] for k in ((found,) if isinstance(found, int) else found))
 
     def path(self, name: str) -> str:
