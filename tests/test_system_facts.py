@@ -67,13 +67,9 @@ def test_a_joint_has_a_film_and_a_heat_balance_only_as_long_as_it_has_oil():
 
 def test_gears_with_backlash_are_apart_from_those_without():
     rattle = load(find_file("gear_rattle.toml"))
-    assert (list(rattle.parts["meshes"]), list(rattle.parts["closed"]), list(rattle.parts["slack"])) == (
-        ["mesh"],
-        [],
-        ["mesh"],
-    )
+    assert (list(rattle.parts["gears"]), list(rattle.tree.coupled), list(rattle.tree.loose)) == (["mesh"], [], ["mesh"])
     ideal = rattle.ideal()
-    assert (list(ideal.parts["closed"]), list(ideal.parts["slack"])) == (["mesh"], [])
+    assert (list(ideal.tree.coupled), list(ideal.tree.loose)) == (["mesh"], [])
     assert rattle.named_loads == (("frictions", "drag"),)
 
 

@@ -9,8 +9,8 @@ from shipped import shipped
 
 import linkages
 import optim
-from linkages.input.files.entry import Entry, Number, content_of
-from linkages.input.files.writing import json_text
+from linkages.input.files.entry import Entry, Number
+from linkages.input.files.writing import content_of, json_text
 from linkages.results.shape import Peak, Summary, SummaryFile
 
 

@@ -115,7 +115,7 @@ def transmissions(system: System, motion: DrivenMotion) -> tuple[tuple[Transmiss
     The system is from `linkages.explore.range_of_motion.movable`.
     """
     mechanism = system.mechanism
-    found, rest = dyads(mechanism, list(system.drives), system.coupled.values())
+    found, rest = dyads(mechanism, list(system.drives), [*system.tree.coupled.values(), *system.tree.loose.values()])
     fixed = mechanism.rigid_groups({joint.name for joint in mechanism.joints if joint.type == "fixed"})
     angles = []
     for inner, links, outer in found:

@@ -65,4 +65,3 @@ STEADY_STATE_REPEATED = 1e-6  # [range] tolerance of a repeated motion
 TRAJECTORY_AT_ONCE = 2000  # [1] most times of one evaluation: memory
 VALIDITY_SAMPLES = 101  # [1] places along a beam
 WARNINGS_NOTHING = 1e-6  # [largest peak of its kind] peak whose change means nothing
-WARNINGS_NAMED = 4  # [1] most peaks, joints or times in a sentence

@@ -24,7 +24,6 @@ def facts(mechanism: Mechanism, experiment: Experiment) -> dict[str, Any]:
         "machine_values": mechanism.values,
         "parts": parts_of(experiment),
         "named_loads": experiment.loads,
-        "coupled": experiment.coupled,
         "wheels": experiment.wheels,
         "acting": experiment.acting,
         "drives": experiment.drives,

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
 from linkages.elements.analysis import Analysis
-from linkages.elements.coordinates import Coupled
 from linkages.elements.machine import all_elements_of
 from linkages.input.functions.definitions import Quantity
 from linkages.input.functions.recorded_tables import FromFile
@@ -72,8 +71,6 @@ class Unassembled(Brief):
     named_loads, acting : tuples of (str, str)
         Table and name of the applied loads, in the order of their records; of all elements that act, those that are
         derived from other tables included.
-    coupled : mapping of str to Coupled
-        Joints with coupled coordinates, by the elements' names.
     wheels : mapping of str to float
         Moments of inertia of wheels that drives turn before their joints, by the joint [kg m2].
     drives : mapping of str to Drive
@@ -114,7 +111,6 @@ class Unassembled(Brief):
     parts: NamedElements = field(init=False)
     named_loads: tuple[tuple[str, str], ...] = field(init=False)
     acting: tuple[tuple[str, str], ...] = field(init=False)
-    coupled: Mapping[str, Coupled] = field(init=False)
     wheels: Mapping[str, float] = field(init=False)
     drives: Mapping[str, Drive] = field(init=False)
     actuators: Sequence[str] = field(init=False)

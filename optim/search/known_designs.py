@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from optim.evaluate.evaluations import Evaluations
 from optim.problem.study import Array
-
-_FIRST = 1024  # rows of empty columns
+from optim.search import numerics
 
 
 class KnownDesigns:
@@ -19,9 +18,12 @@ class KnownDesigns:
 
     def __init__(self, objectives: int, constraints: int) -> None:
         self._row: dict[bytes, int] = {}
-        self._objectives, self._constraints = np.empty((_FIRST, objectives)), np.empty((_FIRST, constraints))
-        self._asked = np.zeros(_FIRST, dtype=bool)
-        self._code = np.zeros(_FIRST, dtype=np.uint8)
+        self._objectives, self._constraints = (
+            np.empty((numerics.KNOWN_DESIGNS_FIRST, objectives)),
+            np.empty((numerics.KNOWN_DESIGNS_FIRST, constraints)),
+        )
+        self._asked = np.zeros(rows, dtype=bool)
+        self._code = np.zeros(rows, dtype=np.uint8)
         self._states: list[str] = []
         self._reasons: dict[int, str] = {}
 

@@ -21,6 +21,9 @@ RARE_SHARES_ACCEPTED = 0.44  # [1] part of the candidates that the width of the 
 RARE_SHARES_ENOUGH = 0.1  # [share] standard error at which sampling ends, after two batches
 RARE_SHARES_WIDE = 0.3  # [1] part of the points that have the wide density
 
+# known_designs
+KNOWN_DESIGNS_FIRST = 1024  # [1] rows of empty columns: memory
+
 # sampled_machines
 SAMPLED_MACHINES_CHUNK = 512  # [1] machines after which the yield is judged; chunks of the store are multiples
 SAMPLED_MACHINES_UNDER_WAY = 2  # [1] chunks at once: no worker waits while one is stored and judged

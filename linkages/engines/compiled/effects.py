@@ -228,7 +228,7 @@ def _reason(system: System, path: str) -> str:
     table, name, *keys = [*path.split("."), ""]
     if table == "sdf":
         return _of_machine(system, path)
-    if table == "links" and name not in system.experiment.flexible:
+    if table == "links" and name not in system.flexible:
         return f'link {name} is rigid; give links.{name}.model = "flexible"'
     for key in set(keys) & _ELSEWHERE.keys():
         return f"only {_ELSEWHERE[key]}"
@@ -254,7 +254,7 @@ def _of_machine(system: System, path: str) -> str:
 def _is_used_elsewhere(system: System, path: str) -> bool:
     """Check whether another computation than a compiled run reads the value."""
     table, name, *_ = [*path.split("."), ""]
-    idle = table == "links" and name not in system.experiment.flexible
+    idle = table == "links" and name not in system.flexible
     return not idle and bool(set(path.split(".")) & _ELSEWHERE.keys())
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, ConfigDict
 
 from linkages.input.files.toml import Table
+from linkages.input.files.writing import content_of
 
 Keys = tuple[tuple[str, str], ...]
 
@@ -89,12 +90,3 @@ class Entry(Table):
 
 
 Mapping.register(Entry)
-
-
-def content_of(value: Any) -> Any:
-    """Return a value with entries as dicts, at any depth."""
-    if isinstance(value, Mapping):
-        return {key: content_of(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [content_of(one) for one in value]
-    return value

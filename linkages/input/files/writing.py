@@ -8,7 +8,7 @@ import math
 import re
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,6 @@ from typing import Any
 from linkages.base import disk
 from linkages.base.errors import InputError, RunError
 from linkages.base.signals import deferred
-from linkages.input.files.entry import content_of
 
 _NO_FILE_NAME = re.compile(r"[%/\\\0]")
 _NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
@@ -144,3 +143,12 @@ class OutputFolder:
                 old.unlink()
         for name in self.names:
             (self.partial / name).replace(self.path / name)
+
+
+def content_of(value: Any) -> Any:
+    """Return a value with entries as dicts, at any depth."""
+    if isinstance(value, Mapping):
+        return {key: content_of(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [content_of(one) for one in value]
+    return value

@@ -51,7 +51,7 @@ def _at_row(system: System, name: str) -> OutputPlace:
 
 def _sign(system: System, name: str) -> float:
     """Return the change of the second coordinate over the change of the coupling's term."""
-    one = system.coupled[name]
+    one = system.tree.coupled.get(name) or system.tree.loose[name]
     return system.tree.seen_coordinate(one.joints[1], one.carrier)[1]
 
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from linkages.input.files.entry import content_of
 from linkages.input.files.magnitudes import rounded
+from linkages.input.files.writing import content_of
 from linkages.results.shape import RunWarning, Summary, peaks_by_key
 from linkages.results.warnings import relative
 from linkages.show.plots.quantities import number, quantity, share

@@ -7,7 +7,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any
 
-from linkages.input.files.entry import content_of
+from linkages.input.files.writing import content_of
 from linkages.results.outputs.registry import OWNERS
 from linkages.show.plots.presentation import shown
 

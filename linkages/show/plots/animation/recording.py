@@ -82,9 +82,7 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
             yield context
 
     few = q[:: 1 + len(q) // _POSES]
-    surroundings = Surroundings(
-        assessment, meshcat, bounds(plant, scene_graph, posed(few), shown.mechanism.basis[:, :2])
-    )
+    surroundings = Surroundings(assessment, meshcat, bounds(plant, scene_graph, posed(few), shown.basis[:, :2]))
     span = surroundings.span()
     views = _joint_views(assessment, meshcat, times, *span)
     seen = _look_at(assessment, meshcat, views, *span)

@@ -95,7 +95,7 @@ def draw(asked: System) -> Drawing:
     reached = _reached(tree, poses, anchors)
     low, high = _box(tree, reached)
     done, shapes = drawn(low, high)
-    wheels = [placed(one.at, pose) for one in shapes if one.role == "gear" for pose in poses]
+    wheels = [placed(one.at, pose) for one in shapes if one.role == "pitch line" for pose in poses]
     if wheels:  # their radii follow from the shapes
         low, high = _box(tree, np.concatenate([reached, *wheels]))
         done, shapes = drawn(low, high)
