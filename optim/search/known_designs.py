@@ -18,10 +18,8 @@ class KnownDesigns:
 
     def __init__(self, objectives: int, constraints: int) -> None:
         self._row: dict[bytes, int] = {}
-        self._objectives, self._constraints = (
-            np.empty((numerics.KNOWN_DESIGNS_FIRST, objectives)),
-            np.empty((numerics.KNOWN_DESIGNS_FIRST, constraints)),
-        )
+        rows = numerics.KNOWN_DESIGNS_FIRST
+        self._objectives, self._constraints = np.empty((rows, objectives)), np.empty((rows, constraints))
         self._asked = np.zeros(rows, dtype=bool)
         self._code = np.zeros(rows, dtype=np.uint8)
         self._states: list[str] = []
