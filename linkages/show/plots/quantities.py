@@ -17,14 +17,15 @@ def number(value: float | None, digits: int = 4) -> str:
     --------
     >>> from linkages.show.plots.quantities import number
     >>> number(-0.0123456), number(796.8312), number(None), number(1234567.0)
-    ('−0.01235', '796.8', '-', '1.2e6')
+    ('−0.01235', '796.8', '-', '1.235e6')
     """
     if value is None or not math.isfinite(value):
         return "-"
     text = f"{value:.{digits}g}"
     if "e" in text:
         power = int(text.partition("e")[2])
-        text = f"{float(text):.0f}" if 0 <= power < digits + 2 else f"{value:.2g}"  # 13130, and 1.2e-12 for noise
+        noise = text if power > 0 else f"{value:.2g}"  # 1.2e-12
+        text = f"{float(text):.0f}" if 0 <= power < digits + 2 else noise  # 13130
     mantissa, e, exponent = text.partition("e")
     return mantissa.replace("-", "−") + (f"e{int(exponent)}" if e else "")
 
