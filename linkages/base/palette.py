@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 INK, SOFT, LINE, PAPER = "#1A1A1A", "#565B63", "#D4D7DC", "#FFFFFF"
 PANEL, EDGE, GROUND = "#F4F5F7", "#828891", "#70757C"  # behind groups, around controls, fixed parts
-IDEAL = "#9AA1AA"  # of the motion with ideal joints, wide behind the run
+IDEAL = "#868D97"  # of the motion with ideal joints, wide behind the run
 MEASURED = "#00795C"  # of measured values, dotted; of springs
 LIMIT = "#B3261E"
 PLAY = "#D55E00"
@@ -51,8 +51,14 @@ FONT = "system-ui, sans-serif"
 _APART = 0.1  # difference of luminance between links that touch
 
 
-def css(selector: str = ":root", dark: bool = True) -> str:
-    """Write the colours as variables of a style sheet; with `dark` also those on dark paper."""
+def css(selector: str = ":root", dark: bool = True, chosen: bool = False) -> str:
+    """Write the colours as variables of a style sheet; with `dark` also those on dark paper.
+
+    On a page where readers choose, they follow its ``color-scheme``, else the reader's preference.
+    """
+    if chosen:
+        both = (f"--{name}: light-dark({day}, {night}); " for name, (day, night) in VARIABLES.items())
+        return f"{selector} {{ {''.join(both)}}}\n"
     light, night = ("".join(f"--{name}: {pair[k]}; " for name, pair in VARIABLES.items()) for k in (0, 1))
     rules = f"{selector} {{ {light}}}\n"
     return rules + (f"@media screen and (prefers-color-scheme: dark) {{ {selector} {{ {night}}} }}\n" if dark else "")

@@ -280,7 +280,7 @@ def front_end(name: str) -> str:
         return f"{script()}\nexport {{drawCurves, valueAt}};\n"
     if name == "live.css":
         page = ".linkages-live"
-        return css(page) + repainted(f"{page} .picture ") + "\n" + own_text("linkages.show.live", name)
+        return css(page, chosen=True) + repainted(f"{page} .picture ") + "\n" + own_text("linkages.show.live", name)
     return own_text("linkages.show.live", name)
 
 
