@@ -20,7 +20,7 @@ _WIDTH = 640  # of the pictures [px]
 TILES = {
     "simulate": ("Does my joint rattle?", "simulate slider_crank_dry.toml", "joint_forces.png", "first_run.md"),
     "orbit": ("Does the oil carry the joint?", "simulate seven_bar.toml", "orbits.png", "laws.md"),
-    "draw": ("How can my machine move?", "draw six_bar_dry.toml", "drawing.png", "command_line.md#draw"),
+    "draw": ("How can my machine move?", "draw six_bar_dry.toml", "drawing.png", "command_line.md#drawings"),
     "sweep": (
         "What if the clearance grows?",
         "sweep slider_crank_lubricated.toml --vary joints.B.clearance=0.05mm:0.2mm:7 --output B.force --revolutions 1",
