@@ -322,7 +322,7 @@ def test_noise_is_not_drawn_as_a_motion(system_of):
 @pytest.mark.slow
 def test_the_magnified_orbit_is_as_many_times_larger_as_its_title_says(drawn, tmp_path):
     """The scale of the axes over the scale of the whole clearance, each in micrometres per pixel."""
-    system = linkages.load(linkages.find_file("seven_bar.toml"))
+    system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.05})
     write_figures(linkages.assess(system, "compiled", error_estimate=False), tmp_path)
     assert len(drawn["orbits.png"].axes) == 2
     pairs = [(wide, inset) for wide in drawn["orbits.png"].axes for inset in wide.child_axes]
