@@ -1,5 +1,6 @@
 """Writes the picture of the first page, from a run: ``python docs/make_landing.py``."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ _CRANK, _ROD = 0.05, 0.12  # lengths of the machine [m], in slider_crank.sdf
 _ANGLE = np.radians(52.0)  # of the crank in the picture
 _SCALE, _AT = 1150.0, np.array([110.0, 290.0])  # pixels per metre, place of the crank's pivot [px]
 _MIDDLE, _BEARING, _GAP = np.array([480.0, 250.0]), 68.0, 21.0  # of the magnified joint [px]
+_TICK = 3  # between labelled times [ms]
 _LEFT, _RIGHT, _TOP, _BOTTOM = 640.0, 1140.0, 165.0, 360.0  # of the curve [px]
 
 
@@ -95,10 +97,11 @@ def curve(run, ideal, since):
             line([(_LEFT, y), (_RIGHT, y)], LINE, 1),
             text((_LEFT - 8, y + 5), f"{1e-3 * value:.0f}", 13, SOFT, "text-anchor='end'"),
         ]
-    for k in range(5):
-        time, at = first + k / 4 * (last - first), _LEFT + k / 4 * (_RIGHT - _LEFT)
-        end, unit = ("end", " ms") if k == 4 else ("middle", "")
-        parts.append(text((at, _BOTTOM + 20), f"{1e3 * time:.0f}{unit}", 13, SOFT, f"text-anchor='{end}'"))
+    times = range(_TICK * math.ceil(1e3 * first / _TICK), math.floor(1e3 * last + 1e-9) + 1, _TICK)
+    for time in times:
+        at = _LEFT + (1e-3 * time - first) / (last - first) * (_RIGHT - _LEFT)
+        end, unit = ("end", " ms") if time == times[-1] else ("middle", "")
+        parts.append(text((at, _BOTTOM + 20), f"{time}{unit}", 13, SOFT, f"text-anchor='{end}'"))
     return [*parts, line(placed(ideal), IDEAL, 5), line(placed(run), LINKS[0], 1.3)]
 
 
