@@ -129,7 +129,7 @@ def write_answer(axis: Axes, answer: str, note: str = "", second: bool = False) 
     """Write the answer of a panel above it, and a note: at the right, or in a second line, both from the left edge."""
     from matplotlib.transforms import blended_transform_factory
 
-    line, figure = 1.35 * small_text(), axis.get_figure(root=True)
+    line, figure = 1.35 * small_text(), axis.figure
     across = figure.transFigure if second and figure is not None else axis.transAxes
     left = blended_transform_factory(across, axis.transAxes)
     start = 0.02 if second else 0.0
