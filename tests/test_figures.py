@@ -16,9 +16,11 @@ import optim
 from linkages.base.palette import IDEAL
 from linkages.cli.main import main
 from linkages.show.plots.drawing.drawing import draw
+from linkages.show.plots.headlines import headline
 from linkages.show.plots.histories import forces_figure, output_figure, torques_figure, write_figures
 from linkages.show.plots.linear_figures import bode_figure
 from linkages.show.plots.presentation import presented
+from linkages.show.plots.quantities import quantity
 from linkages.show.plots.style import engineering, figure_style, look, write_figure
 
 SHIPPED = (
@@ -345,3 +347,11 @@ def test_the_magnified_orbit_is_as_many_times_larger_as_its_title_says(drawn, tm
 )  # fmt: skip
 def test_a_unit_suits_the_magnitude(unit, largest, shown, factor):
     assert engineering(unit, largest) == (shown, factor)
+
+
+def test_a_figure_and_the_table_tell_the_same_difference():
+    """Of the press's first moments: the largest over time, at the end of the start-up, where no step need be."""
+    system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
+    found = linkages.assess(system, "compiled", error_estimate=False)
+    largest = linkages.summarize(found).difference["A.force"].peak
+    assert headline(found, "A.force", "force in A").difference.startswith(f"at most {quantity(largest, 'N', 3)}")

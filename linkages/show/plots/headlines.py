@@ -56,9 +56,10 @@ def headline(assessment: Assessment, name: str, label: str, error: float = 0.0) 
     if ideal is None or name not in ideal.columns:
         return Headline(said, "", False)
     apart = assessment.difference
-    counted = (apart.time >= max(span[0], assessment.counted_from)) & (apart.time <= span[1])
+    begin, end = max(span[0], assessment.counted_from), min(span[1], float(apart.time[-1]))
     exact = ideal.within(*span) if ideal.time[-1] >= span[1] else ideal
-    spread, off = float(np.ptp(run[name])), float(np.abs(apart[name][counted]).max(initial=0.0))
+    spread = float(np.ptp(run[name]))
+    off = peaks(apart.within(begin, end), [name])[name].value if begin < end else 0.0  # as in tables
     told = change(top.value, peaks(exact, [name])[name].value) if name.endswith((".force", ".torque")) else ""
     if not told and off > error:
         told = f"off by up to {quantity(off, si, 3)}"

@@ -146,7 +146,8 @@ def _change(now: float | None, before: float | None) -> str:
     ratio = now / before
     if ratio >= _MULTIPLE or ratio == 1.0:
         return f"{number(ratio, 3)} x" if ratio > 1.0 else "0 %"
-    return f"{'+' if ratio > 1.0 else '−'}{share(abs(ratio - 1.0))}".replace("+< ", "< +").replace("−< ", "> −")
+    part = share(abs(ratio - 1.0))
+    return part if part.startswith("<") else f"{'+' if ratio > 1.0 else '−'}{part}"
 
 
 def _part(part: float | None) -> str:
