@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from linkages.base.arrays import Array, Records
-from linkages.base.kernel import kernel, lazy_kernel, record_type
+from linkages.base.kernel import inlined_kernel, kernel, lazy_kernel, record_type
 from linkages.elements.controller import CONTROLLER
 from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
 from linkages.elements.coupling import COUPLING
@@ -220,13 +220,17 @@ def _in_turn(duty: str, parameters: str, loops: dict[str, Any], after: str = "")
     head = f"(elements, functions, t, v, {parameters}) -> None:"
     plain = [kind.table for kind in _PLAIN]
     reading = [table for table in loops if table not in plain]
-    lines = [f"def {duty}_elements{head}", *_calls(plain, parameters, after)]
+    lines = [f"def all_{duty}{head}", *_calls(plain, parameters, after)]
     lines += [f"    if {' or '.join(f'len(elements.{table})' for table in reading)}:"]
     lines += [f"        reading(elements, functions, t, v, {parameters})"]
     inner = [f"def reading{head}", "    curves, inputs = given_at(functions, t, v, pose, vel)"]
     inner += _calls(reading, f"curves, inputs, {parameters}", after)
     made = _made("reading", inner, loops)
-    return kernel(_made(f"{duty}_elements", lines, loops | {"reading": _lazy(f"{duty}_reading", made, True)}))
+    known = {"whole": kernel(_made(f"all_{duty}", lines, loops | {"reading": _lazy(f"{duty}_reading", made, True)}))}
+    lines = [f"def {duty}_elements{head}", f"    if {' or '.join(f'len(elements.{table})' for table in loops)}:"]
+    return inlined_kernel(
+        _made(f"{duty}_elements", [*lines, f"        whole(elements, functions, t, v, {parameters})"], known)
+    )
 
 
 def _calls(tables: Iterable[str], parameters: str, after: str) -> Iterator[str]:
