@@ -22,6 +22,7 @@ from linkages.mechanics.planar.flexible_kinematics import (
 from linkages.mechanics.planar.markers import arm, marker_acceleration, marker_velocity, offset, turned
 from linkages.mechanics.planar.record_types import PRISMATIC, REVOLUTE, SECTION
 from linkages.mechanics.planar.traversal import FREED, MOVED, forward
+from linkages.mechanics.planar.workspace import Workspace
 
 
 @kernel
@@ -56,6 +57,14 @@ def body_states(bodies: Bodies, q: Array, v: Array, pose: Array, vel: Array) -> 
     _states(bodies, q, v, pose, vel)
 
 
+@kernel
+def set_bodies(bodies: Bodies, work: Workspace) -> None:
+    """Set a workspace's poses and velocities from its q and v, as `body_states`."""
+    _set_world_pose(work.pose)
+    _set_world_motion(work.vel)
+    _states(bodies, work.q, work.v, work.pose, work.vel)
+
+
 @lazy_kernel
 def moved_states(
     bodies: Bodies, moves: Indices, q: Array, v: Array, pose: Array, vel: Array, still_pose: Array, still_vel: Array
@@ -79,6 +88,13 @@ def body_accelerations(bodies: Bodies, pose: Array, vel: Array, v: Array, a: Arr
     """Set the accelerations (nb, 3) of all frames: angular acceleration [rad/s2], acceleration of the origin [m/s2]."""
     _set_world_motion(acc)
     _accelerations(bodies, pose, vel, v, a, acc)
+
+
+@kernel(makes_arrays=True)
+def set_accelerations(bodies: Bodies, work: Workspace) -> None:
+    """Set a workspace's accelerations of bodies from its pose, vel, v and a, as `body_accelerations`."""
+    _set_world_motion(work.acc)
+    _accelerations(bodies, work.pose, work.vel, work.v, work.a, work.acc)
 
 
 @inlined_kernel

@@ -267,11 +267,17 @@ def _over_time(curves: Curves, i: int, t: float) -> Jet:
     return function_jet(curves, i, inputs)
 
 
-@kernel
-def evaluate_motions(curves: Curves, t: float, value: Array, rate: Array, acceleration: Array) -> None:
+@inlined_kernel
+def motions_at(curves: Curves, t: float, value: Array, rate: Array, acceleration: Array) -> None:
     """Fill value, rate and acceleration (n,) at time t of functions of time alone."""
     for i in range(len(curves[2])):
         if curves[2][i] > 0:
             value[i], rate[i], acceleration[i] = _polynomial(curves, i, t)
         else:
             value[i], rate[i], acceleration[i] = _over_time(curves, i, t)
+
+
+@kernel
+def evaluate_motions(curves: Curves, t: float, value: Array, rate: Array, acceleration: Array) -> None:
+    """Fill value, rate and acceleration (n,) at time t of functions of time alone, as `motions_at`."""
+    motions_at(curves, t, value, rate, acceleration)

@@ -21,7 +21,7 @@ from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench, add_term_wrench
 from linkages.mechanics.planar.functions import given_at, value_of
-from linkages.mechanics.planar.kinematics import body_accelerations
+from linkages.mechanics.planar.kinematics import set_accelerations
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.loop_dynamics import forward_dynamics
 from linkages.mechanics.planar.newton_euler import inertial_forces, joint_wrenches
@@ -149,7 +149,7 @@ def _joint_forces(
     for k in range(len(model.powered)):
         state.tau[model.powered[k]] = torques[k]
     forward_dynamics(bodies, model.rows, model.elimination, model.gravity, state)
-    body_accelerations(bodies, state.pose, state.vel, state.v, state.a, state.acc)
+    set_accelerations(bodies, state)
     inertial_forces(bodies, state, model.gravity, state.bias, state.modal_bias)
     for k in range(len(model.rows)):
         add_row_wrench(model.rows[k], state.pose, -state.reaction[k], state.bias)

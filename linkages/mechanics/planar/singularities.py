@@ -17,7 +17,7 @@ from linkages.mechanics.integrate.stepper import copy
 from linkages.mechanics.planar.bodies import Bodies
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.elimination import Elimination
-from linkages.mechanics.planar.kinematics import body_accelerations, body_positions, body_states
+from linkages.mechanics.planar.kinematics import body_positions, set_accelerations, set_bodies
 from linkages.mechanics.planar.loop_dynamics import correct, forward_dynamics, project, value_errors
 from linkages.mechanics.planar.newton_euler import generalised_force, inertial_forces
 from linkages.mechanics.planar.record_types import PRISMATIC
@@ -90,8 +90,8 @@ def _set_state(bodies: Bodies, q: Array, v: Array, work: Workspace) -> None:
     """Set `work` to a state; its accelerations ``a`` stay."""
     for i in range(len(q)):
         work.q[i], work.v[i] = q[i], v[i]
-    body_states(bodies, work.q, work.v, work.pose, work.vel)
-    body_accelerations(bodies, work.pose, work.vel, work.v, work.a, work.acc)
+    set_bodies(bodies, work)
+    set_accelerations(bodies, work)
 
 
 @kernel
@@ -100,7 +100,7 @@ def solve_neighbour(
 ) -> None:
     """Solve `work`, whose accelerations are interpolated, at the first neighbouring state."""
     _solve_at_distance(bodies, rows, elimination, size, gravity, _time(bodies, size, work), work)
-    body_accelerations(bodies, work.pose, work.vel, work.v, work.a, work.acc)
+    set_accelerations(bodies, work)
 
 
 @lazy_kernel(makes_arrays=True)
@@ -180,7 +180,7 @@ def _solve_at_distance(
     for i in range(len(bodies.records)):
         if bodies.records[i].dof >= 0 and bodies.records[i].driven < 0:
             work.a[bodies.records[i].dof] = 0.0
-    body_states(bodies, work.q, work.v, work.pose, work.vel)
+    set_bodies(bodies, work)
     project(bodies, rows, elimination, _GOAL, size, work)
     conditioning = forward_dynamics(bodies, rows, elimination, gravity, work)
     return conditioning if value_errors(rows, work) <= _CLOSED * size else 0.0
@@ -204,7 +204,7 @@ def constrained_dynamics(
     interpolated near a singularity. Uses the other fields. Fills ``loops`` (n,) with the generalised forces of the
     loops, which are defined near a singularity too.
     """
-    body_states(bodies, work.q, work.v, work.pose, work.vel)
+    set_bodies(bodies, work)
     stabilised_dynamics(bodies, rows, elimination, size, stabilisation, gravity, work)
     needed = work.modal_response
     needed[:] = 0.0
