@@ -13,8 +13,11 @@ from scipy.integrate import solve_ivp
 
 from linkages import System
 from linkages.base.kernel import kernel
+from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.by_reference import reference as reference_to
-from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
+from linkages.elements.contact_kinds import ContactWork, add_contacts
+from linkages.laws.states import REMEMBERED
+from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.elimination import make_pivots
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loop_dynamics import forward_dynamics
@@ -44,18 +47,18 @@ def free_motion(system: System) -> FreeMotion:
     the dynamics.
     """
     tree, assembly = system.tree, system.assembly
-    rows, elimination, ends, driven = tree.loop_rows, system.arrays.elimination, tree.ends, tree.driven_dofs
-    laws, tables, gravity = system.laws, system.tables, system.gravity
-    memory = np.zeros((len(ends), 2))
+    rows, driven, gravity, model = tree.loop_rows, tree.driven_dofs, system.gravity, packed(system.arrays)
+    memory = np.zeros((len(system.ends), REMEMBERED))
     curves = system.motions.arrays
     free = np.setdiff1d(np.arange(tree.size), driven)
     nf, nd, n = len(free), len(driven), tree.size
 
     @njit
-    def evaluate(given, structure, t, y):
-        bodies, elimination = reference_to(given), reference_to(structure)
+    def evaluate(given, t, y):
+        model = reference_to(given)
+        bodies, elimination = model.bodies, model.elimination
         work = workspace(len(bodies.records), n, len(rows), bodies.shapes.shape[2])
-        joints, rate = np.empty((len(ends), WIDTH)), np.empty(2 * nf)
+        joints, rate = np.empty((len(memory), WIDTH)), np.empty(2 * nf)
         value, speed, acceleration = np.empty(nd), np.empty(nd), np.empty(nd)
         evaluate_motions(curves, t, value, speed, acceleration)
         for k in range(nf):
@@ -63,18 +66,18 @@ def free_motion(system: System) -> FreeMotion:
         for k in range(nd):
             work.q[driven[k]], work.v[driven[k]], work.a[driven[k]] = value[k], speed[k], acceleration[k]
         body_states(bodies, work.q, work.v, work.pose, work.vel)
-        clearance_wrenches(ends, laws, tables, memory, work.pose, work.vel, work.wrench, joints)
+        add_contacts(model, reference_to(ContactWork(work, memory, joints)))
         forward_dynamics(bodies, rows, elimination, gravity, work)
         for k in range(nf):
             rate[k], rate[nf + k] = work.v[free[k]], work.a[free[k]]
         return rate, joints
 
     def rates(t, y):
-        return evaluate(tree.bodies, elimination, t, y)[0]
+        return evaluate(model, t, y)[0]
 
     start = np.concatenate([assembly.q[free], assembly.v[free]])
     rates(0.0, start)
-    return FreeMotion(rates, start, lambda t, y: evaluate(tree.bodies, elimination, t, y)[1][:, :2])
+    return FreeMotion(rates, start, lambda t, y: evaluate(model, t, y)[1][:, :2])
 
 
 def reference(system: System) -> Callable[[Array], Array]:

@@ -53,8 +53,8 @@ def _of_contacts(tree: Tree, name: str, pose: Array, contacts: Array) -> tuple[A
     force, moment = np.zeros((len(pose), 2)), np.zeros(len(pose))
     for k, (owner, _) in enumerate(tree.contacts):
         if owner == name:
-            corner = tree.ends[k]["journal"]
-            arm = _turned(pose[:, child], np.array([corner["x"], corner["y"]]) - at)
+            _, *corner = tree.contact_parts[k].journal
+            arm = _turned(pose[:, child], np.array(corner) - at)
             f = contacts[:, k, [fx, fy]]
             force += f
             moment += contacts[:, k, couple] + arm[:, 0] * f[:, 1] - arm[:, 1] * f[:, 0]

@@ -7,9 +7,11 @@ from newton_euler import free_bodies
 
 from linkages import simulate
 from linkages.base.kernel.by_reference import packed
+from linkages.elements.contact_kinds import ContactWork, add_contacts
+from linkages.laws.states import REMEMBERED
 from linkages.mechanics.planar.closure import closure_jacobian
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
-from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
+from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
 from linkages.mechanics.planar.loop_dynamics import correct
 from linkages.mechanics.planar.markers import turned
@@ -139,15 +141,16 @@ def test_pair_of_a_clearance_joint_has_no_net_force_and_no_net_moment(system_of)
     """Momentum and angular momentum of an isolated pair are constant to round-off, whatever the state."""
     toml = "duration = 1.0\n[joints.A]\nmodel='lubricated'\nclearance=1e-3\nviscosity=0.1\n"
     toml += "[joints.B]\nmodel='lubricated'\nclearance=1e-3\nviscosity=0.1\nshear_film='half'\n"
-    system, memory = system_of(slider_crank(), toml), np.zeros((2, 2))
+    system, memory = system_of(slider_crank(), toml), np.zeros((2, REMEMBERED))
     tree = system.tree
     assert tree.play == ("A", "B")
     for _ in range(50):
         q, v = 1e-4 * RNG.normal(size=tree.size), RNG.normal(size=tree.size)
-        nb = len(tree.bodies.records)
-        pose, vel, wrench, out = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.empty((2, WIDTH))
-        body_states(tree.bodies, q, v, pose, vel)
-        clearance_wrenches(tree.ends, system.laws, system.tables, memory, pose, vel, wrench, out)
+        work, out = tree.workspace(tree.loop_rows), np.empty((2, WIDTH))
+        pose, wrench = work.pose, work.wrench
+        body_states(tree.bodies, q, v, pose, work.vel)
+        wrench[:] = 0.0
+        add_contacts(packed(system.arrays), packed(ContactWork(work, memory, out)))
         net = wrench[:, 1:].sum(axis=0)
         moment = np.sum(wrench[:, 0] + pose[:, 0] * wrench[:, 2] - pose[:, 1] * wrench[:, 1])
         size = np.abs(wrench).max()

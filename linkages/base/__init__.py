@@ -10,5 +10,6 @@
 | disk      | atomic writing of files, and a cache on disk whose entries are verified when read                    |
 | packages  | packages that an environment may lack: one line says which, and how to install it                    |
 | arguments | arguments of public functions: converted and checked at the call, errors in one line                 |
+| generated | functions that are made of others: lazy kernels of a module, functions from lines                     |
 | kernel    | how functions are compiled: `kernel` and its relatives, named tuples by reference, calls by address  |
 """

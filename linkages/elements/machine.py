@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 
 from linkages.base.arrays import Array, Records
+from linkages.base.generated import lazy, made
 from linkages.base.kernel import inlined_kernel, kernel, lazy_kernel, record_type
+from linkages.elements.contact_kinds import markers_in
 from linkages.elements.controller import CONTROLLER
 from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
 from linkages.elements.coupling import COUPLING
@@ -32,7 +34,6 @@ from linkages.elements.touch import TOUCH
 from linkages.input.functions.definitions import Function, Quantity, named
 from linkages.mechanics.planar.functions import given_at, value_of
 from linkages.mechanics.planar.motion import Curves
-from linkages.mechanics.planar.record_types import MARKER
 
 #: All kinds, in the order of their outputs and of their states in the state vector.
 KINDS: tuple[Element[Any], ...] = (
@@ -151,27 +152,14 @@ def apart(elements: Any) -> Iterator[Any]:
 
 def markers_of(elements: Sequence[Records]) -> list[np.record]:
     """List the markers at which elements act, including the markers of their terms."""
-    return [marker for records in elements for record in records for marker in _markers(record)]
-
-
-def _markers(record: Any) -> Iterator[np.record]:
-    for name, (kind, *_) in record.dtype.fields.items():
-        if kind == MARKER:
-            yield record[name]
-        elif kind.fields:
-            yield from _markers(record[name])
+    return [marker for records in elements for record in records for marker in markers_in(record)]
 
 
 def _loops(loop: Callable[[Element[Any]], Callable[..., None]]) -> dict[str, Any]:
     """Make the loop of each kind over a duty, by the kind's table."""
-    return {kind.table: _lazy(f"{loop.__name__.removeprefix('_')}_{kind.table}", loop(kind)) for kind in ACTING}
-
-
-def _lazy(name: str, function: Any, makes_arrays: bool = False) -> Any:
-    """Make a lazy kernel of a function, under a name of this module."""
-    function.__qualname__ = function.__name__ = name
-    globals()[name] = lazy_kernel(makes_arrays=makes_arrays)(function)
-    return globals()[name]
+    return {
+        kind.table: lazy(__name__, f"{loop.__name__.removeprefix('_')}_{kind.table}", loop(kind)) for kind in ACTING
+    }
 
 
 def _act(kind: Element[Any]) -> Callable[..., None]:
@@ -225,12 +213,11 @@ def _in_turn(duty: str, parameters: str, loops: dict[str, Any], after: str = "")
     lines += [f"        reading(elements, functions, t, v, {parameters})"]
     inner = [f"def reading{head}", "    curves, inputs = given_at(functions, t, v, pose, vel)"]
     inner += _calls(reading, f"curves, inputs, {parameters}", after)
-    made = _made("reading", inner, loops)
-    known = {"whole": kernel(_made(f"all_{duty}", lines, loops | {"reading": _lazy(f"{duty}_reading", made, True)}))}
+    read = lazy(__name__, f"{duty}_reading", made(__name__, "reading", inner, {**loops, "given_at": given_at}), True)
+    known = {"whole": kernel(made(__name__, f"all_{duty}", lines, {**loops, "reading": read}))}
     lines = [f"def {duty}_elements{head}", f"    if {' or '.join(f'len(elements.{table})' for table in loops)}:"]
-    return inlined_kernel(
-        _made(f"{duty}_elements", [*lines, f"        whole(elements, functions, t, v, {parameters})"], known)
-    )
+    lines += [f"        whole(elements, functions, t, v, {parameters})"]
+    return inlined_kernel(made(__name__, f"{duty}_elements", lines, known))
 
 
 def _calls(tables: Iterable[str], parameters: str, after: str) -> Iterator[str]:
@@ -240,13 +227,6 @@ def _calls(tables: Iterable[str], parameters: str, after: str) -> Iterator[str]:
         yield f"        {table}(elements.{table}, {parameters})"
         if after:
             yield f"    {after.format(table=table)}"
-
-
-def _made(name: str, lines: Iterable[str], names: Mapping[str, Any]) -> Any:
-    """Make a function of its lines, which call others by name."""
-    known = {**names, "given_at": given_at, "__name__": __name__}
-    exec("\n".join(lines), known)
-    return known[name]
 
 
 #: ``add_elements(elements, functions, t, v, pose, vel, wrench)`` adds the forces of all elements at time t [s] to the

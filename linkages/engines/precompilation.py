@@ -19,6 +19,7 @@ from linkages.base.kernel import bound
 from linkages.base.kernel.by_reference import packed, reference_type
 from linkages.engines.drop import drop
 from linkages.laws.film.map_nodes import finite_force
+from linkages.laws.states import REMEMBERED
 from linkages.mechanics.planar.closure import follow_branch
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.reactions import row_reactions
@@ -69,7 +70,7 @@ def drake() -> list[Callable[[], Any]]:
         partial(_outputs, system),
         partial(_ideal, system),
         *_NUMBERS,
-        partial(joint_forces, place, rooms.work, np.zeros((nc, 2)), state, np.zeros(n + WIDTH * nc)),
+        partial(joint_forces, place, rooms.work, np.zeros((nc, REMEMBERED)), state, np.zeros(n + WIDTH * nc)),
         lambda: system.assembly,
     ]
 

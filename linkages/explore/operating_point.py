@@ -80,7 +80,7 @@ class LinearisationPoint:
         q, v, a, contacts = runner.evaluate(steps, steps.times)
         depth = contacts[0, :, CLEARANCE_OUTPUTS.index("penetration")]
         for k in np.flatnonzero((model.touching == 1) & (depth > 0.0)):
-            problem = "is closed at this state, where its law depends on the approach speed and has no derivative"
+            problem = "is closed at this state, where its law depends on the speed at its start and has no derivative"
             raise InputError(system.description.source, system.contacts[k][1], problem)
         found = columns(system, steps.times, q, v, a, contacts, names)
         closed = np.concatenate([q[0, model.free], v[0, model.free], y[2 * len(model.free) :]])

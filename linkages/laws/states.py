@@ -29,6 +29,8 @@ from linkages.base.kernel import Array, caller, inlined_kernel
 STATES = 3
 #: Names of the latched states of a contact: its speed of approach [m/s].
 LATCHED_NAMES = ("approach",)
+#: Place of the speed of approach in the memory of a contact.
+BEGAN = LATCHED_NAMES.index("approach")
 #: Number of these.
 LATCHED = len(LATCHED_NAMES)
 #: What a contact remembers: latched states, then continuous ones.

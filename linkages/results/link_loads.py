@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.elements.contact_kinds import add_known_contact, contact_markers
 from linkages.elements.machine import add_elements, apart, elements_of, markers_of
 from linkages.mechanics.planar.arrays import functions_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.markers import arm, turned
 from linkages.mechanics.planar.newton_euler import inertial_forces
-from linkages.mechanics.planar.reactions import add_known_contacts
 from linkages.mechanics.planar.record_types import OF_ROWS, PRISMATIC, REVOLUTE, SECTION
 from linkages.results import numerics
 from linkages.results.outputs.evaluation import make_snapshot, tabulate
@@ -177,10 +177,9 @@ def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
         record = model.loads[k]
         yield from _split(seen, name, wrench, (record["term"]["a"], record["term"]["b"]))
     for k in range(len(system.tree.contacts), len(system.contacts)):
-        wrench, end = np.zeros_like(w.wrench), model.ends[k : k + 1]
-        add_known_contacts(end, seen.contacts[k : k + 1], w.pose, wrench)
-        markers = [end[0]["bearing"], end[0]["journal"], *row_markers(end[0]["row"])]
-        yield from _split(seen, system.contacts[k][1], wrench, markers)
+        wrench = np.zeros_like(w.wrench)
+        add_known_contact(model.contacts, k, model.ends, seen.contacts, w.pose, wrench)
+        yield from _split(seen, system.contacts[k][1], wrench, contact_markers(model.contacts, model.ends, k))
     for name, row, size in zip(
         reversed([*system.tree.coupled]), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
     ):

@@ -8,10 +8,10 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
+from linkages.elements.contact_kinds import contact_markers
 from linkages.mechanics.planar.record_types import SECTION
 from linkages.results import numerics
 from linkages.results.impacts import Impact
-from linkages.results.link_loads import row_markers
 from linkages.results.shape import RunWarning
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
@@ -115,8 +115,8 @@ def _carriers(system: System) -> dict[str, set[str]]:
     records = tree.bodies.records
     names = {tree.index[part.name]: link for link, parts in tree.flexible.items() for part in parts}
     found: dict[str, set[str]] = {}
-    for (_, label), end in zip(system.contacts, system.ends, strict=True):
-        bodies = [int(marker["body"]) for marker in (end["bearing"], end["journal"], *row_markers(end["row"]))]
+    for k, (_, label) in enumerate(system.contacts):
+        bodies = [int(marker["body"]) for marker in contact_markers(system.contact_kinds, system.ends, k)]
         mounts = [int(records[b]["mount"]["body"]) if records[b]["type"] == SECTION else b for b in bodies]
         found[label] = {names[b] for b in mounts if b in names}
     return found

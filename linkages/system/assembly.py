@@ -13,7 +13,7 @@ from linkages.base.arrays import Array, Indices, Records
 from linkages.base.errors import AssemblyError, InputError, Status, listed
 from linkages.input.model.experiment import Experiment
 from linkages.mechanics.planar.articulated_body import articulated_inertias
-from linkages.mechanics.planar.closure import approach, close, closure_quality, consistent_rates, jacobian_at
+from linkages.mechanics.planar.closure import close, closure_quality, consistent_rates, jacobian_at, move_in_steps
 from linkages.mechanics.planar.elimination import elimination_of
 from linkages.mechanics.planar.kinematics import body_positions
 from linkages.mechanics.planar.loop_dynamics import eliminate_rows
@@ -116,7 +116,7 @@ def assemble(
         if forced:
             closed = settle_within_travel(tree, free, none, held, places, continuation(places), q)
         else:
-            closed = (through_play or not held_free) and approach(
+            closed = (through_play or not held_free) and move_in_steps(
                 tree.bodies, rows, free, size, held, start, continuation(start), q
             )
     if not closed:

@@ -10,18 +10,16 @@ these offsets. Moments of films and friction are neglected; they change the forc
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import cast
 
 import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
+from linkages.elements.contact_kinds import DERIVATIVES, contact_record
 from linkages.elements.machine import add_elements
-from linkages.mechanics.planar.contacts import ContactMotion, contact_action, contact_motion
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import load_wrenches
-from linkages.mechanics.planar.record_types import JOURNAL
 from linkages.mechanics.planar.singularities import constrained_dynamics
 from linkages.mechanics.planar.workspace import Workspace
 from linkages.system.assembly import Assembly, independent
@@ -84,7 +82,7 @@ class _LooseJoint:
     def __init__(self, system: Unassembled, name: str, pose: Array, vel: Array, offset: Array) -> None:
         self.system, self.name = system, name
         self.contacts = [k for k, (owner, _) in enumerate(system.tree.contacts) if owner == name]
-        self.motions, self.arms = [], []
+        self.pose, self.vel, self.arms = pose, vel, list[Array]()
         self.guide = len(self.contacts) > 1
         joint, end = system.mechanism.joint[name], system.ends[self.contacts[0]]
         parent = pose[end["bearing"]["body"]]
@@ -92,15 +90,10 @@ class _LooseJoint:
         self.across = np.array([-parent[4] * x - parent[3] * y, parent[3] * x - parent[4] * y])
         child = system.tree.marker(joint.child, joint.on_child)[1:]
         for k in self.contacts:
-            motion, _ = contact_motion(system.ends[k], pose, vel)
             body = pose[system.ends[k]["journal"]["body"]]
             px, py = system.ends[k]["journal"]["x"] - child[0], system.ends[k]["journal"]["y"] - child[1]
-            arm = np.array([body[3] * px - body[4] * py, body[4] * px + body[3] * py])
-            self.arms.append(arm)
-            place = np.array(motion[:2]) - self._shift(offset, arm)
-            self.motions.append((place, motion[2:]))
-        if not self.guide:
-            self.motions = [(np.zeros(2), (0.0, 0.0, *rest[2:])) for _, rest in self.motions]
+            self.arms.append(np.array([body[3] * px - body[4] * py, body[4] * px + body[3] * py]))
+        self.given = offset
 
     def _shift(self, offset: Array, arm: Array) -> Array:
         if not self.guide:
@@ -109,14 +102,28 @@ class _LooseJoint:
 
     def force(self, offset: Array) -> Array:
         """Compute the journal force at an offset, (2,) [N]; for a guide: force across the slot and moment [N m]."""
-        system, total = self.system, np.zeros(3)
-        for k, arm, (place, rest) in zip(self.contacts, self.arms, self.motions, strict=True):
-            e = place + self._shift(offset, arm)
-            motion = cast(ContactMotion, (float(e[0]), float(e[1]), *(float(x) for x in rest)))
-            remembered = system.law_states.remembered(k)
-            found = contact_action(system.ends[k], system.laws[k], system.tables[k], remembered, motion)
-            total += found[0], found[1], arm[0] * found[1] - arm[1] * found[0]
+        total = np.zeros(3)
+        for k, arm in zip(self.contacts, self.arms, strict=True):
+            fx, fy = self._of_contact(k, arm, offset)
+            total += fx, fy, arm[0] * fy - arm[1] * fx
         return np.array([total[:2] @ self.across, total[2]]) if self.guide else total[:2]
+
+    def _of_contact(self, k: int, arm: Array, offset: Array) -> tuple[float, float]:
+        """Compute the force of a contact at an offset [N]; a journal's centre is at rest in its bearing."""
+        system = self.system
+        kind, record = contact_record(system.contact_kinds, k)
+        end, law, at = system.ends[k], system.laws[k], (self.pose, self.vel)
+        frame = kind.frame(end, record, self.pose)
+        if self.guide:
+            change = self._shift(offset, arm) - self._shift(self.given, arm)
+            frame = (frame[0] + float(change[0]), frame[1] + float(change[1]), *frame[2:])
+            motion = kind.motion(end, record, law, frame, *at)
+        else:
+            turning = kind.motion(end, record, law, frame, *at)[4:]
+            motion = (float(offset[0]), float(offset[1]), 0.0, 0.0, *turning)
+        found = DERIVATIVES[kind.name].called(law, system.tables[k], system.law_states.remembered(k), motion)
+        fx, fy, _ = kind.force(record, frame, found)
+        return fx, fy
 
     def journal(self, wanted: Array) -> Array:
         """Find the eccentricity for a force from its size, then its direction (round bearings are isotropic)."""
@@ -142,7 +149,7 @@ class _LooseJoint:
         given = self.force(np.array([distance, 0.0]))
         angle = np.arctan2(wanted[1], wanted[0]) - np.arctan2(given[1], given[0])
         place = distance * np.array([np.cos(angle), np.sin(angle)])
-        if self.system.ends[self.contacts[0]]["kind"] == JOURNAL:
+        if not contact_record(self.system.contact_kinds, self.contacts[0])[1]["oriented"]:
             return place
         found = root(lambda x: (self.force(x * clearance) - wanted) / size, place / clearance, tol=1e-12)
         if not found.success or np.hypot(*found.x) * clearance >= reach:

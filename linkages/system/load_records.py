@@ -14,9 +14,12 @@ import numpy as np
 
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
+from linkages.elements.contact_kinds import ContactPart
 from linkages.elements.contact_tables import ContactTable, FrictionTable
 from linkages.elements.coordinates import Barrier, Edge
+from linkages.elements.limit import LIMIT
 from linkages.elements.machine import count, elements_of, owner_of, pack_elements, pushes_of, tell_elements
+from linkages.elements.wall import WALL
 from linkages.input.functions.definitions import (
     TIME,
     Curve,
@@ -37,7 +40,7 @@ from linkages.mechanics.planar.functions import Functions
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, state_rates
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.system.tree import NO_ROW, Tree
+from linkages.system.tree import Tree
 
 #: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
 REACH = 1e-3
@@ -209,28 +212,27 @@ def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None
     return JointModel.model_validate(values)
 
 
-def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
-    """Make the records of the two ends of each contact, in the same order."""
+def unilateral_parts(tree: Tree, experiment: Experiment) -> list[ContactPart]:
+    """Make each contact, in the same order."""
     every = experiment.touches.values()
-    records = [_at_barrier(tree, one) if isinstance(one, Barrier) else _at_edge(tree, one) for one in every]
-    return np.array(records, types.ENDS)
+    return [_at_barrier(tree, one) if isinstance(one, Barrier) else _at_edge(tree, one) for one in every]
 
 
-def _at_barrier(tree: Tree, one: Barrier) -> tuple[Any, ...]:
+def _at_barrier(tree: Tree, one: Barrier) -> ContactPart:
     row, sign = tree.coupled_row(one.other or one.joint, one.joint, one.ratio, 0.0, one.carrier)
-    (_, *ends, ux, uy), place = row[0], one.lever * one.side * one.place - _reach(tree, one)
+    (_, outer, inner, ux, uy), place = row[0], one.lever * one.side * one.place - _reach(tree, one)
     if one.other is None and not _turns(tree, one.joint):
-        return types.CORNER, *ends, one.side * ux, one.side * uy, place, *NO_ROW
+        return ContactPart(WALL, outer, inner, {"nx": one.side * ux, "ny": one.side * uy, "place": place})
     if one.other is not None:
-        ends[0] = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
-    return types.STOP, *ends, one.side * sign, 0.0, place, one.lever, one.arm, row
+        outer = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
+    numbers = {"row": row, "side": one.side * sign, "place": place, "lever": one.lever, "arm": one.arm}
+    return ContactPart(LIMIT, outer, inner, numbers)
 
 
-def _at_edge(tree: Tree, one: Edge) -> tuple[Any, ...]:
+def _at_edge(tree: Tree, one: Edge) -> ContactPart:
     angle = tree.mechanism.point[one.line].angle if isinstance(one.line, str) else one.angle
-    into = np.sin(angle), -np.cos(angle)
-    ends = tree.marker_of(one.line), tree.named_marker(one.point)
-    return types.CORNER, *ends, *into, -_reach(tree, one), *NO_ROW
+    line, point = tree.marker_of(one.line), tree.named_marker(one.point)
+    return ContactPart(WALL, line, point, {"nx": np.sin(angle), "ny": -np.cos(angle), "place": -_reach(tree, one)})
 
 
 def _reach(tree: Tree, one: Barrier | Edge) -> float:

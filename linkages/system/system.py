@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from linkages.base.arrays import Array, Records
 from linkages.base.errors import ARGUMENT
+from linkages.elements.contact_kinds import NO_CONTACTS
 from linkages.input.files.toml import Table, leaves, read_toml
 from linkages.input.files.unit_conversion import SLIDING, si_unit
 from linkages.input.model.check import names_first, without_lost_outputs
@@ -237,15 +238,16 @@ class System(Unassembled):
         if twin is not None and self._differs_in_laws_alone:
             names = "ends", "laws", "tables", "limits", "touching", "law_states"
             own: dict[str, Any] = dict(zip(names, map(np.ascontiguousarray, (self.ends, *joints)), strict=True))
-            return twin.arrays._replace(**own)
+            return twin.arrays._replace(contacts=self.contact_kinds, **own)
         moved = tree.driven_dofs, tree.powered_dofs
         dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *beam_records(tree), self.gravity
         # calls by address assume contiguous arrays without a check
-        rest = map(np.ascontiguousarray, (self.ends, tree.joint_records(), *joints, *dofs, *applied))
+        rest = map(np.ascontiguousarray, (tree.joint_records(), *joints, *dofs, *applied))
+        contacts = np.ascontiguousarray(self.ends), self.contact_kinds
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
         return Arrays._make(
-            [*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, self.elements, tree.extent]
+            [*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *contacts, *rest, self.elements, tree.extent]
         )
 
     @property
@@ -270,6 +272,7 @@ class System(Unassembled):
             rows=rows,
             elimination=elimination,
             ends=self.ends[:0],
+            contacts=NO_CONTACTS,
             joints=tree.joint_records(ideal=True),
             free=tree.closing_dofs,
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,12 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import LaneArray
+from linkages.elements.contact_kinds import ContactPart
 from linkages.elements.coordinates import WHEEL, Coupled
+from linkages.elements.guide import CORNERS, corners_of
+from linkages.elements.journal import JOURNAL
 from linkages.elements.pictures import Point
+from linkages.elements.wall import WALL
 from linkages.input.functions.definitions import OF_JOINTS
 from linkages.input.model.mechanism import Frame, Joint, Link, Mechanism
 from linkages.input.model.skeleton import Skeleton, skeleton
@@ -34,10 +38,6 @@ TYPES = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PR
 NO_TERM = (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)  # of a row with one term only
 _SAME = 1e-6  # relative to the linkage's size: points whose box is smaller coincide
 _IMMOBILE = 1e30  # mass that immobilises a mode [kg]
-#: Last fields of the ends of a contact that limits no row: lever, arm, row.
-NO_ROW = (1.0, 0.0, (NO_TERM, 0.0, NO_TERM, 0.0, 1.0))
-#: Corners of a block, along and across its slot, relative to half its sides.
-CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 
 def without(dofs: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -219,23 +219,21 @@ class Tree:
         return tuple(name for name, label in self.contacts if name == label)
 
     @cached_property
-    def ends(self) -> Records:
-        """Return the records of both ends of each contact."""
-        rows = []
+    def contact_parts(self) -> tuple[ContactPart, ...]:
+        """Return the contacts of the clearance joints; all journals are round."""
+        parts = list[ContactPart]()
         for name in self.play:
             joint = self.mechanism.joint[name]
-            bearing = self.marker(joint.parent, joint.on_parent)
+            bearing, child = (
+                self.marker(joint.parent, joint.on_parent),
+                partial(self.marker, joint.child, joint.on_child),
+            )
             if joint.slot is None:
-                journal = self.marker(joint.child, joint.on_child)
-                rows.append((types.JOURNAL, bearing, journal, 0.0, 0.0, 0.0, *NO_ROW))
-                continue
-            along = joint.direction
-            across = np.array([-along[1], along[0]])
-            for x, y in CORNERS:
-                corner = 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
-                marker = self.marker(joint.child, joint.on_child, corner)
-                rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height, *NO_ROW))
-        return np.array(rows, types.ENDS)
+                parts.append(ContactPart(JOURNAL, bearing, child()))
+            else:
+                corners = corners_of(joint.slot.length, joint.slot.height, joint.direction)
+                parts += [ContactPart(WALL, bearing, child(corner), numbers) for corner, numbers in corners]
+        return tuple(parts)
 
     def joint_records(self, ideal: bool = False) -> Records:
         """Return the records that give each joint force, with clearances, or with every joint ideal."""
@@ -245,18 +243,19 @@ class Tree:
         loose = len(self.loose) if ideal else 0
         first = {name: row + (name in self.loops) * loose for name, row in zip(cut, rows, strict=False)}
         carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}
-        records = []
+        records, owners = [], [owner for owner, _ in self.contacts]
         for joint in self.mechanism.joints:
             name = joint.name
             body, backwards = carried.get(name, (-1, False))
             if name in contacts:
-                source, at = types.OF_JOURNAL if joint.slot is None else types.OF_CORNERS, contacts[name]
+                source, at = types.OF_CONTACTS, contacts[name]
             elif name in first:
                 source, at = types.OF_ROWS, first[name]
             else:
                 source, at = types.OF_TREE, body
             child, parent = self.marker(joint.child, joint.on_child), self._body_at(joint.parent, joint.on_parent)
-            records.append((source, TYPES[joint.type], at, backwards, parent, child, *joint.direction.tolist()))
+            count = owners.count(name)
+            records.append((source, TYPES[joint.type], at, count, backwards, parent, child, *joint.direction.tolist()))
         return np.array(records, types.JOINT)
 
     def bodies_of(self, dofs: NDArray[np.int64]) -> NDArray[np.int64]:

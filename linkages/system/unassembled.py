@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
 from linkages.elements.analysis import Analysis
+from linkages.elements.contact_kinds import modelled, pack_contacts
 from linkages.elements.machine import all_elements_of
 from linkages.input.functions.definitions import Quantity
 from linkages.input.functions.recorded_tables import FromFile
@@ -25,7 +26,7 @@ from linkages.input.model.mechanism import Frame, Link, Mechanism
 from linkages.input.model.skeleton import colors_of
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
-from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
+from linkages.mechanics.planar.record_types import REVOLUTE
 from linkages.system.assembly import start_offsets
 from linkages.system.description import Description
 from linkages.system.drive_travel import drive_travel
@@ -35,12 +36,12 @@ from linkages.system.flexible_link import flexible_link
 from linkages.system.joints import SystemJoint, joints_of
 from linkages.system.law_records import ContactLaws, LawStates, contact_laws
 from linkages.system.lightness import negligible_inertials
-from linkages.system.load_records import Packed, pack_loads, unilateral_ends, unilateral_models
+from linkages.system.load_records import Packed, pack_loads, unilateral_models, unilateral_parts
 from linkages.system.memory import Memory
 from linkages.system.parts import NamedElements
 from linkages.system.settings import Settings
 from linkages.system.spanning import spanning_tree
-from linkages.system.tree import Tree, chained
+from linkages.system.tree import Tree
 
 _UNKNOWN = 1.0  # rate for a linkage without motion and forces at the start [rad/s]
 _LEAST_FORCE = 0.03  # force of a film whose errors count, over the forces that the drives need for all masses
@@ -357,13 +358,19 @@ class Unassembled(Brief):
         return self._contact_laws.states
 
     @cached_property
+    def _packed_contacts(self) -> tuple[Records, Any]:
+        parts = [*self.tree.contact_parts, *unilateral_parts(self.tree, self.experiment)]
+        return pack_contacts([modelled(part, model) for part, model in zip(parts, self.models, strict=True)])
+
+    @property
     def ends(self) -> Records:
-        """Return both ends of each contact: `Tree.ends` with worn profiles, limits, points at lines."""
-        ends = chained(self.tree.ends, unilateral_ends(self.tree, self.experiment))
-        for k, model in enumerate(self.models):
-            if model.feed or model.is_tilted or model.is_worn:  # the direction of the bearing matters
-                ends["kind"][k] = WORN if model.is_worn else REMEMBERING if model.has_history else ORIENTED
-        return ends
+        """Return the markers of both ends of each contact, (nc,)."""
+        return self._packed_contacts[0]
+
+    @property
+    def contact_kinds(self) -> Any:
+        """Return the records of the contacts of each kind, `linkages.elements.contact_kinds.Contacts`."""
+        return self._packed_contacts[1]
 
 
 def _motions(drives: tuple[Drive, ...], values: Mapping[str, float]) -> Motions:

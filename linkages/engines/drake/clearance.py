@@ -21,19 +21,12 @@ from pydrake.systems.framework import (
 
 from linkages.base.arrays import Array
 from linkages.base.kernel import bound
+from linkages.elements.contact_kinds import longest_step, make_memory
 from linkages.engines.drake.joint_forces import Rooms, joint_forces, move_cells, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.laws.states import FIRST_STATE, LATCHED
-from linkages.mechanics.planar.contact_memory import (
-    any_cells,
-    fill_landing,
-    latch,
-    latch_at_start,
-    longest_step,
-    make_memory,
-)
+from linkages.mechanics.planar.contact_memory import any_cells, fill_landing, latch, latch_at_start
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS, CLOSING, PENETRATION, RATES, WIDTH
-from linkages.mechanics.planar.record_types import WORN
 from linkages.system import System
 
 #: Entries of each contact's block of the output port "joints": `CLEARANCE_OUTPUTS`, and quantities derived from them.
@@ -100,14 +93,14 @@ class ClearanceJoints(LeafSystem):
         self.set_name("clearance_joints")
         tree, laws, num_velocities = system.tree, system.laws, place.num_velocities
         self.joints = tuple(label for _, label in system.contacts)
-        self._ends, self._laws = system.ends, laws
+        self._contacts, self._laws = system.contact_kinds, laws
         self._rooms = Rooms(system)
         self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
         self._landing = np.zeros(len(laws))
         fill_landing(laws, tree.extent, self._landing)
         self._size, self._beside = num_velocities, len(tree.contacts)
         self._touching, self._law_states = np.flatnonzero(system.touching), system.law_states.places
-        self._memory = make_memory(system.ends, system.tables)
+        self._memory = make_memory(system.contact_kinds, system.tables)
         self._memory[:, :LATCHED] = np.inf  # no contact yet, hence no damping
         state, forces = np.empty(place.num_states), np.empty(num_velocities + WIDTH * len(laws))
         self._joint_forces = bound(joint_forces, self._placed, self._rooms.work, self._memory, state, forces)
@@ -166,7 +159,7 @@ class ClearanceJoints(LeafSystem):
             moved = self._remembered(context)
             move_cells(self._placed, self._rooms.work, moved, context.get_time(), self._state.Eval(context), False)
             memory.set_value(moved.ravel())
-            self.limit_step(longest_step(self._ends, moved))
+            self.limit_step(longest_step(self._contacts, moved))
         return EventStatus.Succeeded()
 
     def _witness(self, k: int) -> WitnessFunction:
@@ -213,7 +206,7 @@ class ClearanceJoints(LeafSystem):
     def _give_joints(self, context: Context, output: BasicVector) -> None:
         joints = self.evaluate(context)
         depth = joints[:, PENETRATION] + self._laws["clearance"]
-        length = np.where(self._ends["kind"] == WORN, np.hypot(joints[:, 0], joints[:, 1]), depth)
+        length = np.where(self._laws["worn"] != 0, np.hypot(joints[:, 0], joints[:, 1]), depth)
         ratio = length / self._laws["clearance"]
         extra = np.array([ratio, np.arctan2(joints[:, 1], joints[:, 0])])
         extra[:, self._beside :] = np.nan  # not defined for stops and points at lines

@@ -11,16 +11,15 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
-from linkages.base.kernel.by_reference import packed
+from linkages.base.kernel.by_reference import packed, reference
+from linkages.elements.contact_kinds import ContactWork, add_contacts, add_known_contacts, advance_cells, start_cells
 from linkages.elements.machine import add_elements
 from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of, size_of
-from linkages.mechanics.planar.contact_memory import advance_cells, start_cells
-from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
-from linkages.mechanics.planar.kinematics import body_states
+from linkages.mechanics.planar.contacts import WIDTH
+from linkages.mechanics.planar.kinematics import set_bodies
 from linkages.mechanics.planar.loads import load_wrenches, sample_states, state_rates
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import generalised_force
-from linkages.mechanics.planar.reactions import add_known_contacts
 from linkages.mechanics.planar.reactive_loads import ReactiveLoads, add_efforts, make_reactive_loads, solve_reactive
 from linkages.mechanics.planar.singularities import constrained_dynamics
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
@@ -61,7 +60,7 @@ def _enter(place: Placed, work: Workspace, state: Array) -> None:
         work.q[i], work.v[i] = state[place.positions[i]], state[place.rates[i]]
     work.wrench[:] = 0.0
     work.tau[:] = 0.0
-    body_states(place.model.bodies, work.q, work.v, work.pose, work.vel)
+    set_bodies(place.model.bodies, work)
 
 
 @kernel
@@ -75,7 +74,7 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
     _enter(place, work, state)
     result[:] = 0.0
     outputs = result[place.size :].reshape(len(model.ends), WIDTH)
-    clearance_wrenches(model.ends, model.laws, model.tables, memory, work.pose, work.vel, work.wrench, outputs)
+    add_contacts(model, reference(ContactWork(work, memory, outputs)))
     generalised_force(bodies, work.pose, work.wrench, work.tau)
     for i in range(len(place.into)):
         result[place.into[i]] = work.tau[i]
@@ -87,9 +86,9 @@ def move_cells(place: Placed, work: Workspace, memory: Array, t: float, state: A
     model = place.model
     _enter(place, work, state)
     if fresh:
-        start_cells(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel, True)
+        start_cells(model.contacts, model, work, memory, t, True)
     else:
-        advance_cells(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel)
+        advance_cells(model.contacts, model, work, memory, t)
 
 
 @lazy_kernel(makes_arrays=True)
@@ -99,7 +98,7 @@ def _add_reactive(
     """Add the wrenches of loads that depend on joint forces; the contacts' forces count for these."""
     model, loads = place.model, work.wrench.copy()
     contacts = applied[place.size :].reshape(len(model.ends), WIDTH)
-    add_known_contacts(model.ends, contacts, work.pose, work.wrench)
+    add_known_contacts(model, work, contacts)
     solve_reactive(model, t, torques, work, reactive)
     work.wrench[:] = loads
     add_efforts(model, reactive.efforts, work)

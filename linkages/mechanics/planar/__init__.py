@@ -20,8 +20,9 @@
 | elimination         | sparse elimination of the closure rows' reactions                                      |
 | loop_dynamics       | forward dynamics with the reactions of cut ideal joints; projection onto closed loops  |
 | singularities       | forward dynamics near singularities; forces of drives and loops for a simulator        |
-| contacts            | clearance joints: from body states to force pairs, by the laws                         |
+| contacts            | kinds of contact; their loops from body states to force pairs, by the laws             |
 | contact_memory      | what contacts remember: latched states, states of laws, cells of films                 |
+| contact_motions     | what laws of contact depend on: motions of journals, and of points at surfaces         |
 | contact_partials    | partial derivatives of a contact's force                                               |
 | functions           | values of formulas and tables at a state of the motion                                 |
 | loads               | frictions in ideal joints: wrenches; additional states                                |

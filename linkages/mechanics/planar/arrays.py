@@ -17,10 +17,11 @@ class Arrays(NamedTuple):
     stiff: Bodies  # the same with stiff modes made heavy, for the projection onto closed loops
     rows: Records  # closure rows of the cut ideal joints
     elimination: Elimination  # of their reactions
-    ends: Records  # of the contacts
+    ends: Records  # of the contacts, (nc,)
+    contacts: Any  # records of each kind, `linkages.elements.contact_kinds.Contacts`
     joints: Records  # sources of the forces in the joints
     laws: Records  # of the contacts
-    tables: Array  # maps of finite films, profiles; see `linkages.mechanics.planar.contacts.clearance_wrenches`
+    tables: Array  # maps of finite films, profiles; profiles of worn parts, at the lines' ends
     limits: Array  # largest eccentricity ratio of contacts that have only a film; infinite for others, (nc,)
     touching: Indices  # 1 where the contact can touch, (nc,)
     law_states: Indices  # continuous states of the contacts' laws: contact, place among its states, (ns, 2)

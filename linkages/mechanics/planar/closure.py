@@ -193,7 +193,7 @@ def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: flo
 
 
 @kernel(makes_arrays=True)
-def approach(
+def move_in_steps(
     bodies: Bodies, rows: Records, free: Indices, size: float, held: Indices, places: Array, steps: int, q: Array
 ) -> bool:
     """Move held coordinates of a closed linkage from zero to places in equal steps, and close its rows after each.

@@ -13,15 +13,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel import Array, Records, inlined_kernel, kernel
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.film.film_history import STEP, memory_of, recorded_entries
-from linkages.laws.film.film_steps import advance_film, longest_step_of, start_film
-from linkages.laws.states import LATCHED, LATCHED_NAMES, REMEMBERED
-from linkages.mechanics.planar.contacts import CLOSING, PENETRATION, RESULT_PLACES, contact_motion, has_cells
-from linkages.mechanics.planar.record_types import REMEMBERING
+from linkages.laws.film.film_history import STEP, recorded_entries
+from linkages.laws.states import BEGAN, LATCHED, REMEMBERED
+from linkages.mechanics.planar.contacts import CLOSING, PENETRATION, RESULT_PLACES
 
-_APPROACH = LATCHED_NAMES.index("approach")  # place of the speed of approach in a line of memory
 _LATCHED_QUANTITIES = (CLOSING,)
 #: Places of the quantities that are latched among the results of a contact.
 LATCHED_RESULTS = tuple(RESULT_PLACES.index(quantity) for quantity in _LATCHED_QUANTITIES)
@@ -35,12 +32,6 @@ def fill_landing(laws: Records, size: float, out: Array) -> None:
     """Fill ``out`` (nc,) with the accuracies to which the start and end of each contact are located [m; stop: rad]."""
     for k in range(len(laws)):
         out[k] = max(_LANDING * laws[k].clearance, _ROUNDING * size)
-
-
-def make_memory(ends: Records, tables: Array) -> Array:
-    """Make the memory of contacts, (nc, `REMEMBERED`), or wider if a film remembers; all zero."""
-    films = np.flatnonzero(ends["kind"] == REMEMBERING)
-    return np.zeros((len(ends), REMEMBERED + max((memory_of(tables[k]) for k in films), default=0)))
 
 
 @inlined_kernel
@@ -61,7 +52,7 @@ def latch_at_start(memory: Array, contact: Array, landing: float) -> None:
     """
     delta, closing = contact[PENETRATION], contact[CLOSING]
     least = GRAZING if delta > landing else -GRAZING
-    memory[_APPROACH] = max(closing, 0.0) if delta >= -landing and closing > least else np.inf
+    memory[BEGAN] = max(closing, 0.0) if delta >= -landing and closing > least else np.inf
 
 
 @inlined_kernel
@@ -117,36 +108,3 @@ def is_latched_anew(row: Array, before: Array, k: int) -> bool:
     for i in range(k * LATCHED, (k + 1) * LATCHED):
         anew = anew or row[i] != before[i]
     return anew
-
-
-@lazy_kernel
-def start_cells(
-    ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array, fresh: bool
-) -> None:
-    """Set time and place of the cells, and with ``fresh`` their content at the start of a run."""
-    for k in range(len(ends)):
-        if has_cells(ends[k]):
-            ex, ey, _, _, _, _, angle, _ = contact_motion(ends[k], pose, vel)[0]
-            start_film(laws[k], tables[k], memory[k, REMEMBERED:], t, ex, ey, angle, fresh)
-
-
-@lazy_kernel
-def advance_cells(
-    ends: Records, laws: Records, tables: Array, memory: Array, t: float, pose: Array, vel: Array
-) -> None:
-    """Move the content of the cells to time t and these states, and choose the next steps of their films."""
-    for k in range(len(ends)):
-        if has_cells(ends[k]):
-            ex, ey, vx, vy, wb, wj, angle, _ = contact_motion(ends[k], pose, vel)[0]
-            advance_film(laws[k], tables[k], memory[k, REMEMBERED:], t, ex, ey, vx, vy, wb, wj, angle)
-
-
-@inlined_kernel
-def longest_step(ends: Records, memory: Array) -> float:
-    """Return the longest step of a run that the cells allow [s]; infinite without cells."""
-    longest = np.inf
-    if any_cells(memory):
-        for k in range(len(ends)):
-            if has_cells(ends[k]):
-                longest = min(longest, longest_step_of(memory[k, REMEMBERED:]))
-    return longest

@@ -1,156 +1,146 @@
-"""Clearance joints in a tree: from body states to force pairs, by the laws."""
+"""Contacts in a tree: from body states to force pairs, by the laws.
+
+A kind of contact (`ContactKind`) is a set of inlined kernels. The loops over its contacts contain them: `acting` and
+`knowing` here, the derivatives in `linkages.mechanics.planar.contact_partials`, `.contact_rates`. A machine compiles
+the loops of its own kinds, see `linkages.elements.contact_kinds`.
+"""
 
 from __future__ import annotations
 
-from typing import get_args
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.base.kernel import Array, Records, inlined_kernel, kernel
-from linkages.laws.film.film_history import history_force
-from linkages.laws.journal import ContactResults, clearance_force, dry_force
-from linkages.laws.states import REMEMBERED, STATES, Remembered, remembered_of
-from linkages.laws.wear.force import call_worn
-from linkages.mechanics.planar.closure_rows import add_row_wrench, row_rate, row_value
-from linkages.mechanics.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
-from linkages.mechanics.planar.record_types import CORNER, JOURNAL, REMEMBERING, STOP, WORN
+from linkages.base.kernel import Array, Records, inlined_kernel
+from linkages.laws.journal import ContactResults
+from linkages.laws.states import STATES, remembered_of
+from linkages.mechanics.planar.workspace import Workspace
+
+if TYPE_CHECKING:
+    from linkages.mechanics.planar.arrays import Arrays
+    from linkages.mechanics.planar.contact_motions import Inputs
 
 #: Quantities of each contact at a state: eccentricity e [m], force [N] and couple [N m] on the journal, penetration
 #: [m], its rate and the sliding speed of the journal's surface [m/s], normal load of the contact without a film's [N].
-#: For the corner of a block, e points from the slot's marked point, on its middle line, to the corner, and the force
-#: acts at the corner. For a stop, penetration, its rate and the load are angular; for the flank of a gear with a base
-#: radius they are along its line of action.
+#: For a point at a wall, e points from the marked point of the wall to this point, where the force acts; for the
+#: corner of a block, the wall's point is on the middle line of the slot. For a coordinate at its limit, penetration,
+#: its rate and the load are angular, with a base radius along the line of action, and e is zero.
 CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "load")
 #: After these, of a film that remembers, and zero of others: film content [1], volume flow out of both ends [m3/s].
 #: Then the rates of the contact's states.
 WIDTH = len(CLEARANCE_OUTPUTS) + 2 + STATES
 EX, EY, FX, FY, COUPLE, PENETRATION, CLOSING, SLIDING, LOAD, CONTENT, FLOW, RATES = range(WIDTH - STATES + 1)
 
-#: Motion of a contact, see `contact_motion`.
-ContactMotion = tuple[float, float, float, float, float, float, float, float]
-
-#: Results of a contact's law: force (2) and couple, rates of its states, penetration, its rate, sliding speed, load.
-FORCE_X, FORCE_Y, FORCE_COUPLE, FIRST_RATE = range(4)
+#: Results of a contact's law: its action (3), rates of its states, penetration, its rate, sliding speed, load. The
+#: action is force (2) and couple of a journal; load, friction and 0 of a point or a coordinate.
+FIRST_RATE = 3
 RESULTS = len(get_args(ContactResults))
-#: Their places in a line of `CLEARANCE_OUTPUTS`, flow and rates.
+#: Places of the results after the action in a line of `CLEARANCE_OUTPUTS`, flow and rates.
 RESULT_PLACES = (FX, FY, COUPLE, *range(RATES, WIDTH), PENETRATION, CLOSING, SLIDING, LOAD)
 
 
-def limits_a_row(ends: Records) -> NDArray[np.bool_]:
-    """Return which contacts limit the value of a row, (nc,)."""
-    return np.asarray(ends["kind"] == STOP)
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ContactKind:
+    """A kind of contact: its record, and inlined kernels for numbers and duals.
 
-
-@inlined_kernel
-def clearance_wrenches(
-    ends: Records, laws: Records, tables: Array, memory: Array, pose: Array, vel: Array, wrench: Array, out: Array
-) -> None:
-    """Add the force pair of every clearance joint to the bodies' wrenches.
-
-    ``tables`` (nc, nt) have the map of each contact's finite film, or its cells if it remembers; of a worn joint, at
-    the line's end, its profiles, see `linkages.laws.wear.force.place_of`. ``memory`` is the one of each contact, see
-    `linkages.mechanics.planar.contact_memory`. ``out`` (nc, WIDTH) is filled with `CLEARANCE_OUTPUTS`, content and
-    flow, rates of the states.
+    Attributes
+    ----------
+    name : str
+        Field of its records in the arrays of a machine.
+    record : dtype
+        Its own numbers, and ``at``, the index of the contact.
+    inputs : Inputs
+        What its law depends on, its motion.
+    frame : kernel
+        ``frame(end, record, pose)``: the eccentricity ex, ey first, then what `force` and `add` need.
+    motion : kernel
+        ``motion(end, record, law, frame, pose, vel)``, the inputs.
+    action : kernel
+        ``action(law, table, remembered, motion)``, the results.
+    action_of_cells : kernel, optional
+        ``action_of_cells(law, table, cells, motion)`` of a kind with cells: results, content and flow. They are
+        differentiated by differences, for Newton's method alone.
+    force : kernel
+        ``force(record, frame, results)``: force (2) and couple on the inner body.
+    carried : kernel
+        ``carried(record, frame, contact)``: the action (3), from a line of `CLEARANCE_OUTPUTS`.
+    add : kernel
+        ``add(wrench, end, record, pose, frame, fx, fy, couple)`` adds the pair to the bodies' wrenches.
+    power : kernel
+        ``power(end, record, frame, pose, vel, fx, fy, couple)``, which the pair delivers [W].
     """
-    for k in range(len(ends)):
-        end = ends[k]
-        motion, arms = contact_motion(end, pose, vel)
-        found, content, flow = remembered_action(end, laws[k], tables[k], memory[k], remembered_of(memory[k]), motion)
-        fx, fy, couple, one, two, three, delta, closing, sliding, load = found
-        add_contact(wrench, end, pose, motion[0], motion[1], arms, fx, fy, couple)
-        out[k, EX], out[k, EY], out[k, FX], out[k, FY], out[k, COUPLE] = motion[0], motion[1], fx, fy, couple
-        out[k, PENETRATION], out[k, CLOSING], out[k, SLIDING], out[k, LOAD] = delta, closing, sliding, load
-        out[k, CONTENT], out[k, FLOW] = content, flow
-        out[k, RATES], out[k, RATES + 1], out[k, RATES + 2] = one, two, three
+
+    name: str
+    record: np.dtype[Any]
+    inputs: Inputs
+    frame: Callable[..., Any]
+    motion: Callable[..., Any]
+    action: Callable[..., ContactResults]
+    action_of_cells: Callable[..., tuple[ContactResults, float, float]] | None = None
+    force: Callable[..., tuple[float, float, float]]
+    carried: Callable[..., tuple[float, float, float]]
+    add: Callable[..., None]
+    power: Callable[..., float]
 
 
-@inlined_kernel
-def add_contact(
-    wrench: Array, end: np.record, pose: Array, ex: float, ey: float, arms: Arms, fx: float, fy: float, couple: float
-) -> None:
-    """Add a contact's force pair to the bodies' wrenches: both forces act at the journal's marker."""
-    if end.kind == STOP:
-        add_row_wrench(end.row, pose, couple, wrench)
-        couple = fx
-    else:
-        add_pair(wrench, end.bearing, end.journal, both_at_b(arms, ex, ey), fx, fy)
-    wrench[end.journal.body, 0] += couple
-    wrench[end.bearing.body, 0] -= couple
+def whole_action(kind: ContactKind) -> Any:
+    """Make the kernel of a kind's results, content and flow, from a line of memory."""
+    action, of_cells = kind.action, kind.action_of_cells
+    if of_cells is not None:
+        return of_cells
+
+    @inlined_kernel
+    def whole(law: np.record, table: Array, memory: Array, motion: Any) -> tuple[ContactResults, float, float]:
+        return action(law, table, remembered_of(memory), motion), 0.0, 0.0
+
+    return whole
 
 
-@inlined_kernel
-def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[ContactMotion, Arms]:
-    """Compute the motion of a contact's inner end relative to its outer end, and the arms of both.
+def acting(kind: ContactKind) -> Callable[..., None]:
+    """Make the loop that adds the force pairs of contacts to the bodies' wrenches, and fills their lines of ``out``."""
+    frame_of, motion_of, act, force_of, add = kind.frame, kind.motion, whole_action(kind), kind.force, kind.add
 
-    The motion is the vector e between the ends, its rate, the angular velocities of outer and inner body; corner: the
-    normal into the wall; worn, grooved, remembering: the angles of outer and inner body. Stop: the first rate is the
-    angular velocity of the inner body relative to the outer one, and rate and value of the row are the last angular
-    velocity and angle.
-    """
-    ex, ey, arms = gap(pose, end.bearing, end.journal)
-    vx, vy = gap_rate(vel, end.bearing, end.journal, arms)
-    nx, ny, wb, wj = 0.0, 0.0, vel[end.bearing.body, 0], vel[end.journal.body, 0]
-    if end.kind == CORNER:
-        nx, ny = turned(pose, end.bearing.body, end.nx, end.ny)
-    elif end.kind == STOP:
-        ny, vx, vy = row_value(end.row, pose), wj - wb, 0.0
-        wb, wj = 0.0, row_rate(end.row, pose, vel)
-    elif end.kind != JOURNAL:
-        nx, ny = pose[end.bearing.body, 2], pose[end.journal.body, 2]
-    return (ex, ey, vx, vy, wb, wj, nx, ny), arms
+    def loop(records: Records, model: Arrays, w: Workspace, memory: Array, out: Array) -> None:
+        ends, laws, tables, pose, vel, wrench = model.ends, model.laws, model.tables, w.pose, w.vel, w.wrench
+        for i in range(len(records)):
+            record = records[i]
+            k = max(record.at, 0)  # so that no index is tested for its sign
+            end, law = ends[k], laws[k]
+            frame = frame_of(end, record, pose)
+            motion = motion_of(end, record, law, frame, pose, vel)
+            found, content, flow = act(law, tables[k], memory[k], motion)
+            _, _, _, one, two, three, delta, closing, sliding, load = found
+            fx, fy, couple = force_of(record, frame, found)
+            add(wrench, end, record, pose, frame, fx, fy, couple)
+            out[k, EX], out[k, EY], out[k, FX], out[k, FY], out[k, COUPLE] = frame[0], frame[1], fx, fy, couple
+            out[k, PENETRATION], out[k, CLOSING], out[k, SLIDING], out[k, LOAD] = delta, closing, sliding, load
+            out[k, CONTENT], out[k, FLOW] = content, flow
+            out[k, RATES], out[k, RATES + 1], out[k, RATES + 2] = one, two, three
 
-
-@kernel
-def contact_action(
-    end: np.record, law: np.record, table: Array, remembered: Remembered, motion: ContactMotion
-) -> ContactResults:
-    """Compute the force (2) and couple on the inner body, and the state of the contact, from `contact_motion`.
-
-    Stop: the friction's couple, 0, and the effort on the row. The state is the rates of what the contact remembers,
-    penetration, its rate, sliding speed, normal load.
-    """
-    return _action(end, law, table, remembered, motion)
+    return loop
 
 
-@inlined_kernel
-def _action(
-    end: np.record, law: np.record, table: Array, remembered: Remembered, motion: ContactMotion
-) -> ContactResults:
-    """Compute `contact_action` within its caller: the call costs a tenth of a run."""
-    ex, ey, vx, vy, wb, wj, nx, ny = motion
-    if end.kind == CORNER:
-        vx, vy = vx + wb * ey, vy - wb * ex  # relative to the wall's own material
-        delta = ex * nx + ey * ny - end.half - law.clearance
-        closing, sliding = vx * nx + vy * ny, vy * nx - vx * ny
-        load, drag, a, b, c = dry_force(law, delta, closing, sliding, remembered)
-        return -load * nx + drag * ny, -load * ny - drag * nx, 0.0, a, b, c, delta, closing, sliding, load
-    if end.kind == STOP:
-        along = end.nx * end.lever
-        delta, closing = along * ny - end.half - law.clearance, along * wj
-        load, drag, a, b, c = dry_force(law, delta, closing, end.arm * vx, remembered)
-        return -end.arm * drag, 0.0, -along * load, a, b, c, delta, closing, end.arm * vx, load
-    if end.kind == WORN:
-        latched, a, b, c = remembered
-        return call_worn(law.worn, (law, table, ex, ey, vx, vy, wb, wj, nx, ny, latched, a, b, c))
-    return clearance_force(law, table, ex, ey, vx, vy, wb, wj, remembered, nx)
+def knowing(kind: ContactKind) -> Callable[..., None]:
+    """Make the kernel that adds the force pair of a contact whose `CLEARANCE_OUTPUTS` (nc, WIDTH) are known."""
+    frame_of, add = kind.frame, kind.add
+
+    def one(record: np.record, ends: Records, contacts: Array, pose: Array, wrench: Array) -> None:
+        k = record.at
+        end, frame = ends[k], frame_of(ends[k], record, pose)
+        add(wrench, end, record, pose, frame, contacts[k, FX], contacts[k, FY], contacts[k, COUPLE])
+
+    return one
 
 
-@inlined_kernel
-def has_cells(end: np.record) -> bool:
-    """Whether a contact remembers cells, so that differences give its derivatives."""
-    return bool(end.kind == REMEMBERING)
+def powering(kind: ContactKind) -> Callable[..., float]:
+    """Make the kernel of the power that a contact's known force pair delivers [W]."""
+    frame_of, power_of = kind.frame, kind.power
 
+    def one(record: np.record, ends: Records, contacts: Array, pose: Array, vel: Array) -> float:
+        k = record.at
+        end, frame = ends[k], frame_of(ends[k], record, pose)
+        return power_of(end, record, frame, pose, vel, contacts[k, FX], contacts[k, FY], contacts[k, COUPLE])
 
-@inlined_kernel
-def remembered_action(
-    end: np.record, law: np.record, table: Array, memory: Array, remembered: Remembered, motion: ContactMotion
-) -> tuple[ContactResults, float, float]:
-    """Compute the results of `contact_action` with a contact's memory, then film content and flow."""
-    if has_cells(end):
-        ex, ey, vx, vy, wb, wj, angle, _ = motion
-        fx, fy, couple, delta, closing, sliding, content, flow = history_force(
-            law, table, memory[REMEMBERED:], ex, ey, vx, vy, wb, wj, angle
-        )
-        return (fx, fy, couple, 0.0, 0.0, 0.0, delta, closing, sliding, 0.0), content, flow
-    return _action(end, law, table, remembered, motion), 0.0, 0.0
+    return one

@@ -4,27 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.base.kernel import Array, Records, kernel, lazy_kernel
+from linkages.base.kernel import Array, kernel, lazy_kernel
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.closure import closure_jacobian, free_jacobian, solve_columns
 from linkages.mechanics.planar.closure_rows import add_row_wrench
-from linkages.mechanics.planar.contacts import COUPLE, FX, FY, add_contact
+from linkages.mechanics.planar.contacts import COUPLE, FX, FY
 from linkages.mechanics.planar.elimination import factorise_rows, set_row_matrix, solve_rows
 from linkages.mechanics.planar.kinematics import joint_force
-from linkages.mechanics.planar.markers import arm, gap, turned
+from linkages.mechanics.planar.markers import arm, turned
 from linkages.mechanics.planar.newton_euler import generalised_force, joint_wrenches
-from linkages.mechanics.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
+from linkages.mechanics.planar.record_types import FIXED, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
 from linkages.mechanics.planar.workspace import Workspace
-
-_CORNERS = 4
-
-
-@kernel
-def add_known_contacts(ends: Records, contacts: Array, pose: Array, wrench: Array) -> None:
-    """Add the force pairs of contacts whose `CLEARANCE_OUTPUTS` (nc, WIDTH) are known."""
-    for k in range(len(ends)):
-        ex, ey, arms = gap(pose, ends[k].bearing, ends[k].journal)
-        add_contact(wrench, ends[k], pose, ex, ey, arms, contacts[k, FX], contacts[k, FY], contacts[k, COUPLE])
 
 
 @lazy_kernel(makes_arrays=True)
@@ -113,15 +103,13 @@ def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array,
         fx, fy, moment = 0.0, 0.0, 0.0
         if joint.source == OF_TREE or joint.source == OF_ROWS:
             fx, fy, moment = ideal_joint_force(joint, pose, load, reaction)
-        elif joint.source == OF_JOURNAL:
-            fx, fy, moment = contacts[at, FX], contacts[at, FY], contacts[at, COUPLE]
         else:
             cx, cy = arm(pose, joint.child)
-            for i in range(at, at + _CORNERS):
+            for i in range(at, at + joint.contacts):
                 rx, ry = arm(pose, ends[i].journal)
                 fx += contacts[i, FX]
                 fy += contacts[i, FY]
-                moment += (rx - cx) * contacts[i, FY] - (ry - cy) * contacts[i, FX]
+                moment += contacts[i, COUPLE] + (rx - cx) * contacts[i, FY] - (ry - cy) * contacts[i, FX]
         forces[k, 0], forces[k, 1], forces[k, 2] = fx, fy, moment
     for k in range(len(driven)):
         efforts[k] = joint_force(bodies.records[driven[k]], pose, load[driven[k]])

@@ -60,25 +60,11 @@ ROW = record_type(
     scale="f8",
 )
 
-#: Kinds of contact: a journal in its bearing, a corner of a block at a wall of its slot (or any point at a straight
-#: line), a journal and a bearing at least one of which is worn, a coordinate at its limit,
-#: a journal in a bearing with a groove or a tilt, whose film depends on the bearing's angle, and one whose film
-#: remembers.
-JOURNAL, CORNER, WORN, STOP, ORIENTED, REMEMBERING = 0, 1, 2, 3, 4, 5
-
-#: The two ends of a contact. Journal: centre of the bearing on the outer body, of the journal on the inner one.
-#: Corner: a point of the slot's middle line on the outer body, the corner on the inner one. Stop: any points; the
-#: value of a row is limited: the angle between the bodies or, for the flank of a gear, its closure error.
+#: The two ends of a contact: markers on the outer and on the inner body. Of a journal the centres of bearing and
+#: journal; of a point at a wall a point of the wall and this one; of a limit any points of two bodies.
 ENDS = record_type(
-    kind="i8",
     bearing=MARKER,  # on the outer body
     journal=MARKER,  # on the inner body
-    nx="f8",  # corner: normal into the wall, in the outer body's frame; stop: +1 if a growing value meets it, else -1
-    ny="f8",
-    half="f8",  # corner: half the height of the block [m]; stop: nx times the place of the stop, less the clearance
-    lever="f8",  # stop: its depth and place per value: 1, or the base radius of a wheel [m]
-    arm="f8",  # stop: sliding speed over the angular velocity of the inner body relative to the outer one
-    row=ROW,
 )
 
 #: A position or speed that a load depends on: ``scale`` times a term's value less ``offset``, or times its rate.
@@ -134,15 +120,15 @@ LOAD = record_type(
     leverage="f8",  # prismatic: joint force per moment, 2 over the length of the slider [1/m]
 )
 
-#: Sources of the force in a joint: the tree's recursion, a cut joint's closure rows, a journal's contact, the contacts
-#: of a guide's corners.
-OF_TREE, OF_ROWS, OF_JOURNAL, OF_CORNERS = 0, 1, 2, 3
+#: Sources of the force in a joint: the tree's recursion, a cut joint's closure rows, contacts.
+OF_TREE, OF_ROWS, OF_CONTACTS = 0, 1, 2
 
 #: One joint of the mechanism, for the force in it.
 JOINT = record_type(
     source="i8",
     type="i8",  # FIXED, REVOLUTE or PRISMATIC
     at="i8",  # body that it carries, first row, or first contact
+    contacts="i8",  # number of its contacts
     reversed="i8",  # tree: 1 if it carries the mechanism's parent
     parent="i8",  # body
     child=MARKER,  # place of the joint on the child

@@ -9,15 +9,16 @@ from dataclasses import replace
 import numpy as np
 
 from linkages.base.kernel import inlined_kernel
+from linkages.elements.contact_kinds import contact_power, has_cells
 from linkages.input.model.experiment_tables import JointModel
 from linkages.laws import FILMS
 from linkages.laws.film.tilted_film import tilted_action, tilted_gap
 from linkages.laws.journal import end_flow
 from linkages.laws.journal_motion import polar
 from linkages.mechanics.planar import contacts
-from linkages.mechanics.planar.contacts import COUPLE, EX, EY, FX, FY, PENETRATION, contact_motion
+from linkages.mechanics.planar.contact_motions import JournalMotion, journal_frame, journal_motion
+from linkages.mechanics.planar.contacts import COUPLE, EX, EY, FX, FY, PENETRATION
 from linkages.mechanics.planar.markers import turned
-from linkages.mechanics.planar.record_types import REMEMBERING, WORN
 from linkages.results.outputs.quantity import Declaration, OutputPlace, Owner, Snapshot, formula, quantities, quantity
 from linkages.system import System
 
@@ -42,7 +43,7 @@ def _ratio(output: np.record, seen: Snapshot) -> float:
 @inlined_kernel
 def _ratio_at(seen: Snapshot, k: int, clearance: float) -> float:
     contact = seen.contacts[k]
-    if seen.model.ends[k].kind == WORN:
+    if seen.model.laws[k].worn != 0:
         return math.hypot(contact[EX], contact[EY]) / clearance
     return 1.0 + contact[PENETRATION] / clearance
 
@@ -53,11 +54,15 @@ def _power(output: np.record, seen: Snapshot) -> float:
 
 
 @inlined_kernel
+def _motion(seen: Snapshot, k: int) -> JournalMotion:
+    end, pose, vel = seen.model.ends[k], seen.state.pose, seen.state.vel
+    return journal_motion(end, end, seen.model.laws[k], journal_frame(end, end, pose), pose, vel)
+
+
+@inlined_kernel
 def _power_at(seen: Snapshot, k: int) -> float:
-    contact = seen.contacts[k]  # both forces act at the journal's marker, as a point of either body
-    motion, _ = contact_motion(seen.model.ends[k], seen.state.pose, seen.state.vel)
-    ex, ey, vx, vy, wb, wj, _, _ = motion
-    return contact[FX] * (vx + wb * ey) + contact[FY] * (vy - wb * ex) + contact[COUPLE] * (wj - wb)
+    model, state = seen.model, seen.state
+    return contact_power(model.contacts, k, model.ends, seen.contacts, state.pose, state.vel)
 
 
 @formula()
@@ -65,15 +70,13 @@ def _thickness(output: np.record, seen: Snapshot) -> float:
     law = seen.model.laws[output.at]
     if law.tilt == 0.0:
         return -seen.contacts[output.at, PENETRATION]
-    motion, _ = contact_motion(seen.model.ends[output.at], seen.state.pose, seen.state.vel)
-    ex, ey, _, _, _, _, angle, _ = motion
+    ex, ey, _, _, _, _, angle, _ = _motion(seen, output.at)
     return tilted_gap(law, math.hypot(ex, ey), math.atan2(ey, ex) - angle)
 
 
 @formula()
 def _moment(output: np.record, seen: Snapshot) -> float:
-    motion, _ = contact_motion(seen.model.ends[output.at], seen.state.pose, seen.state.vel)
-    ex, ey, vx, vy, wb, wj, angle, _ = motion
+    ex, ey, vx, vy, wb, wj, angle, _ = _motion(seen, output.at)
     e, nx, ny, v_n, v_t = polar(ex, ey, vx, vy)
     _, _, _, m_n, m_t, _ = tilted_action(seen.model.laws[output.at], e, v_n, v_t, wb, wj, math.atan2(ny, nx) - angle)
     return (m_n * nx - m_t * ny, m_n * ny + m_t * nx, math.hypot(m_n, m_t))[output.column]
@@ -82,10 +85,9 @@ def _moment(output: np.record, seen: Snapshot) -> float:
 @formula()
 def _flow(output: np.record, seen: Snapshot) -> float:
     k, model = output.at, seen.model
-    if model.ends[k].kind == REMEMBERING:
+    if has_cells(model.contacts, k):
         return seen.contacts[k, contacts.FLOW]
-    motion, _ = contact_motion(model.ends[k], seen.state.pose, seen.state.vel)
-    ex, ey, vx, vy, wb, wj, angle, _ = motion
+    ex, ey, vx, vy, wb, wj, angle, _ = _motion(seen, k)
     return end_flow(model.laws[k], model.tables[k], ex, ey, vx, vy, wb, wj, angle)
 
 

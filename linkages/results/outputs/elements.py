@@ -28,11 +28,12 @@ def _reaction(output: np.record, seen: Snapshot) -> float:
 
 @formula()
 def _between(output: np.record, seen: Snapshot) -> float:
-    k, end = output.at, seen.model.ends[output.at]
+    k, contacts = output.at, seen.model.contacts
+    limit = contacts.limit[contacts.places[k]]
     effort = seen.contacts[k, COUPLE] + seen.contacts[k + 1, COUPLE]
     apart = seen.contacts[k, PENETRATION] - seen.contacts[k + 1, PENETRATION]
-    power = effort * term_rate(end.row.term, seen.state.pose, seen.state.vel)
-    return (output.constant * effort, power, 0.5 * apart / end.lever)[output.column]
+    power = effort * term_rate(limit.row.term, seen.state.pose, seen.state.vel)
+    return (output.constant * effort, power, 0.5 * apart / limit.lever)[output.column]
 
 
 def _told(outputs: Quantities) -> dict[str, Declaration]:

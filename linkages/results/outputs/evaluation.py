@@ -11,16 +11,17 @@ from linkages.base.kernel import Array, Records, inlined_kernel, kernel
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.dual import dual_array, seeded, slope
 from linkages.base.kernel.dual_copy import DualCopy
+from linkages.elements.contact_kinds import add_known_contacts
 from linkages.elements.machine import add_elements, count, tell_elements
 from linkages.mechanics.integrate.stepper import copy
 from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.contacts import WIDTH
-from linkages.mechanics.planar.kinematics import body_accelerations, body_states
+from linkages.mechanics.planar.kinematics import set_accelerations, set_bodies
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, load_outputs
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import generalised_force, inertial_forces
-from linkages.mechanics.planar.reactions import add_known_contacts, joint_forces, row_reactions
+from linkages.mechanics.planar.reactions import joint_forces, row_reactions
 from linkages.mechanics.planar.reactive_loads import add_applied, make_reactive_loads
 from linkages.mechanics.planar.workspace import make_workspace
 from linkages.results.outputs.quantity import OutputFormula, Snapshot
@@ -173,11 +174,11 @@ def _move(seen: Snapshot, with_forces: bool, t: float, powered: Array) -> None:
     """Fill bodies and loads, and if wanted the forces that the bodies need; see `_complete`."""
     model, w = seen.model, seen.state
     bodies = model.bodies
-    body_states(bodies, w.q, w.v, w.pose, w.vel)
-    body_accelerations(bodies, w.pose, w.vel, w.v, w.a, w.acc)
+    set_bodies(bodies, w)
+    set_accelerations(bodies, w)
     if with_forces or len(seen.reactive.efforts):
         w.wrench[:] = 0.0
-        add_known_contacts(model.ends, seen.contacts, w.pose, w.wrench)
+        add_known_contacts(model, w, seen.contacts)
         evaluate_motions((model.torque, model.torque_c, model.torque_n), t, powered[0], powered[1], powered[2])
         add_elements(model.elements, functions_of(model), t, w.v, w.pose, w.vel, w.wrench)
         if len(model.loads):

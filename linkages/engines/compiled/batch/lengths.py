@@ -17,7 +17,7 @@ from linkages.base.kernel import Array, Indices, kernel
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.model import error_scale
 from linkages.input.files.raw_model import TURN, on_grid
-from linkages.mechanics.planar.closure import approach, close, closure_quality, consistent_rates
+from linkages.mechanics.planar.closure import close, closure_quality, consistent_rates, move_in_steps
 from linkages.system import System
 from linkages.system.assembly import SINGULAR, continuation
 from linkages.system.tree import extent_of
@@ -160,7 +160,7 @@ def _is_placed(job: Job, places: Array, steps: int, offset: Array, q: Array) -> 
         return False
     if closure_quality(model.bodies, rows, closing, q) < SINGULAR:
         return False
-    if not approach(model.bodies, rows, closing, model.size, model.driven, places, steps, q):
+    if not move_in_steps(model.bodies, rows, closing, model.size, model.driven, places, steps, q):
         return False
     if not close(model.bodies, rows, offset, closing, model.size, q):
         return False

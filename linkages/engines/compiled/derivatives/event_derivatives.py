@@ -7,13 +7,16 @@ is given, and its formula before the sample determines the derivative of the nex
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from linkages.base.kernel import Array, kernel, lazy_kernel
 from linkages.base.kernel.dual import DIRECTIONS, seeded, slope, with_number
+from linkages.elements.contact_kinds import DERIVATIVES, over_one
 from linkages.engines.compiled.derivatives.step_derivatives import Column, Run
 from linkages.engines.compiled.derivatives.variation import (
+    add_push,
     fill_solved,
     first_of,
     set_columns,
@@ -29,18 +32,37 @@ from linkages.laws.states import LATCHED, remembered_of
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.planar.arrays import loads_of
 from linkages.mechanics.planar.contact_memory import LATCHED_RESULTS, restore_latched
-from linkages.mechanics.planar.contact_partials import DELTA, DEPTH_FROM, DEPTH_TO, LEAST, OUTPUTS, deeper
-from linkages.mechanics.planar.contacts import (
-    CLOSING,
-    FIRST_RATE,
-    PENETRATION,
-    add_contact,
-    contact_action,
-    contact_motion,
-)
+from linkages.mechanics.planar.contact_partials import DELTA, DEPTH_FROM, DEPTH_TO, LEAST, OUTPUTS
+from linkages.mechanics.planar.contacts import CLOSING, FIRST_RATE, PENETRATION, ContactKind
 from linkages.mechanics.planar.loads import is_due, sample_states
 from linkages.mechanics.planar.newton_euler import generalised_force
 from linkages.mechanics.planar.reactive_loads import add_efforts
+
+
+def _jumping(kind: ContactKind) -> Callable[..., None]:
+    """Make the kernel that fills ``out`` with the jump of a contact's action at its start or end.
+
+    It is extrapolated to zero penetration.
+    """
+    frame_of, motion_of, shifted, called = kind.frame, kind.motion, kind.inputs.shifted, DERIVATIVES[kind.name].called
+
+    def one(record: np.record, equations: Equations, out: Array) -> None:
+        k, model, w = record.at, equations.model, equations.work.dynamics
+        law, table, own = model.laws[k], model.tables[k], equations.work.memory[k]
+        frame = frame_of(model.ends[k], record, w.pose)
+        motion = motion_of(model.ends[k], record, law, frame, w.pose, w.vel)
+        beyond = equations.work.contacts[k, PENETRATION]
+        depth = math.copysign(max(abs(beyond), LEAST * law.clearance), beyond)
+        for place, weight in ((1.0, 2.0), (2.0, -1.0), (-1.0, -2.0), (-2.0, 1.0)):
+            moved = shifted(motion, place * depth - beyond, 0.0, 0.0)
+            found = called(law, table, remembered_of(own), moved)
+            for i in range(OUTPUTS):
+                out[i] += weight * found[i]
+
+    return one
+
+
+_set_jump = over_one(__name__, "set_jump", "equations, out", _jumping, exact=True)
 
 
 @kernel(makes_arrays=True)
@@ -69,9 +91,8 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, memory: Arr
         derivatives(equations, t - back, c.y, c.dy)
     efforts = work.reactive.efforts.copy()
     set_over_time(equations, v, t, y, c.dy)
-    motion, _ = contact_motion(v.model.ends[k], w.pose, w.vel)
     _hold(equations, k, False)
-    set_results(equations, v, k, motion)
+    set_results(equations, v, k)
     rising = np.zeros(LATCHED)
     for i in range(LATCHED):
         rising[i] = slope(v.work.results[LATCHED_RESULTS[i]], 0)
@@ -79,7 +100,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, memory: Arr
     for i in range(len(efforts)):
         efforts[i] = work.reactive.efforts[i] - efforts[i]
     jump, forcing = np.zeros(OUTPUTS), np.zeros((len(c.own), m))
-    _set_jump(equations, k, jump)
+    _set_jump(equations.model.contacts, k, equations, jump)
     _hold(equations, k, True)
     inertia(equations, t, y, c.mass[0])
     if not factorise(c.mass[0], c.pivots):
@@ -88,12 +109,11 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, memory: Arr
     for last in range(m, 0, -DIRECTIONS):
         first = first_of(last)
         set_columns(equations, v, t, y, c.before, c.remembered, first, last)
-        motion, arms = contact_motion(v.model.ends[k], w.pose, w.vel)
         push = v.work.push
         push[:] = 0.0
         for acts in (False, True):
             _hold(equations, k, acts)
-            set_results(equations, v, k, motion)
+            set_results(equations, v, k)
             for i in range(OUTPUTS):
                 push[i] += (late if begins == acts else -late) * v.work.results[i]
         later = with_number(v.work.results[DELTA] * (-1.0 / closing), 0.0)
@@ -108,7 +128,7 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, memory: Arr
         w.wrench[:] = 0.0
         w.tau[:] = 0.0
         v.work.rows[:] = 0.0
-        add_contact(w.wrench, v.model.ends[k], w.pose, motion[0], motion[1], arms, push[0], push[1], push[2])
+        add_push(v, k)
         for i in range(len(efforts)):
             v.work.reactive.efforts[i] = -efforts[i] * later
         add_efforts(v.model, v.work.reactive.efforts, w)
@@ -158,18 +178,3 @@ def _hold(equations: Equations, k: int, acts: bool) -> None:
     """Hold contact k on the side on which it acts, or on the other."""
     bounds = equations.work.scratch.bounds[k]
     bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if acts else (-math.inf, 0.0)
-
-
-@kernel
-def _set_jump(equations: Equations, k: int, out: Array) -> None:
-    """Fill ``out`` with the jump of contact k's action at its start or end, extrapolated to zero penetration."""
-    model, work = equations.model, equations.work
-    end, law, table, own = model.ends[k], model.laws[k], model.tables[k], work.memory[k]
-    motion, _ = contact_motion(end, work.dynamics.pose, work.dynamics.vel)
-    beyond = work.contacts[k, PENETRATION]
-    depth = math.copysign(max(abs(beyond), LEAST * law.clearance), beyond)
-    for place, weight in ((1.0, 2.0), (2.0, -1.0), (-1.0, -2.0), (-2.0, 1.0)):
-        moved = deeper(end, motion, place * depth - beyond)
-        found = contact_action(end, law, table, remembered_of(own), moved)
-        for i in range(OUTPUTS):
-            out[i] += weight * found[i]

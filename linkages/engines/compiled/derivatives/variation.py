@@ -12,16 +12,18 @@ of R is dF/dc, by the law's own arithmetic; along x it is -F'; along m it is g -
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple, cast
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
+from linkages.base.generated import lazy
+from linkages.base.kernel import Array, Indices, Records, inlined_kernel, kernel
 from linkages.base.kernel.block import Block
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.dual import DIRECTIONS, dual_array, is_known, number, seeded, slope, with_number
 from linkages.base.kernel.dual_copy import DualCopy
+from linkages.elements.contact_kinds import DERIVATIVES, EXACT_KINDS, over_all, over_one
 from linkages.elements.machine import add_elements
 from linkages.engines.compiled.derivatives.neighbours import Neighbours, unscaled
 from linkages.engines.compiled.derivatives.start_derivatives import start_derivatives
@@ -31,34 +33,8 @@ from linkages.engines.compiled.run.job import Given, model_of
 from linkages.engines.compiled.run.model import Equations
 from linkages.laws.states import FIRST_STATE, LATCHED, REMEMBERED, STATES, Remembered, remembered_of
 from linkages.mechanics.planar.arrays import Arrays, functions_of, size_of
-from linkages.mechanics.planar.contact_partials import (
-    AWAY,
-    CENTRE,
-    GAP,
-    INPUTS,
-    MOTION,
-    OUTPUTS,
-    PARTIALS,
-    SPEED,
-    STEP,
-    along,
-    difference_partials,
-    input_scales,
-    inside,
-    is_bounded,
-)
-from linkages.mechanics.planar.contacts import (
-    EX,
-    EY,
-    RATES,
-    RESULT_PLACES,
-    RESULTS,
-    WIDTH,
-    ContactMotion,
-    add_contact,
-    contact_action,
-    contact_motion,
-)
+from linkages.mechanics.planar.contact_partials import AWAY, OUTPUTS, PARTIALS, STEP, is_bounded
+from linkages.mechanics.planar.contacts import COUPLE, EX, EY, FX, FY, RATES, RESULT_PLACES, RESULTS, WIDTH, ContactKind
 from linkages.mechanics.planar.reactive_loads import ReactiveLoads, add_applied, make_reactive_loads
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.results.outputs.registry import pack
@@ -287,46 +263,6 @@ def _any(values: Array) -> bool:
     return found
 
 
-@kernel
-def set_contacts(equations: Equations, v: Variation) -> None:
-    """Fill the contacts, and the wrenches on the bodies, at a dual state that is set."""
-    w, contacts = v.work.dynamics, v.work.contacts
-    w.wrench[:] = 0.0
-    for k in range(len(v.model.ends)):
-        end = v.model.ends[k]
-        motion, arms = contact_motion(end, w.pose, w.vel)
-        set_results(equations, v, k, motion)
-        found = v.work.results
-        add_contact(w.wrench, end, w.pose, motion[0], motion[1], arms, found[0], found[1], found[2])
-        contacts[k, EX], contacts[k, EY] = motion[0], motion[1]
-        for i in range(RESULTS):
-            contacts[k, RESULT_PLACES[i]] = found[i]
-
-
-@kernel
-def set_results(equations: Equations, v: Variation, k: int, motion: ContactMotion) -> None:
-    """Fill ``results`` of contact k at a dual motion, within the bounds; of differences where its law has no duals."""
-    model, bounds, memory, out = equations.model, equations.work.scratch.bounds[k], v.work.memory[k], v.work.results
-    ex, ey, vx, vy, wb, wj, nx, ny = motion
-    held = (number(ex), number(ey), number(vx), number(vy), number(wb), number(wj), number(nx), number(ny))
-    if is_bounded(bounds):
-        held = inside(model.ends[k], model.laws[k], model.tables[k], _numbers_of(memory), held, bounds, 0.0)
-    if held[0] == 0.0 and held[1] == 0.0:
-        held = (CENTRE, held[1], held[2], held[3], held[4], held[5], held[6], held[7])
-    moved = (
-        with_number(ex, held[0]), with_number(ey, held[1]), with_number(vx, held[2]), with_number(vy, held[3]),
-        with_number(wb, held[4]), with_number(wj, held[5]), with_number(nx, held[6]), with_number(ny, held[7]),
-    )  # fmt: skip
-    end, law, table = v.model.ends[k], v.model.laws[k], v.model.tables[k]
-    found = contact_action(end, law, table, remembered_of(memory), moved)
-    total = 0.0
-    for i in range(RESULTS):
-        out[i] = found[i]
-        total += found[i]
-    if not is_known(total):
-        _set_differences(equations, v, k, moved)
-
-
 @inlined_kernel
 def _numbers_of(memory: Array) -> Remembered:
     """Return what a contact remembers, without derivatives."""
@@ -334,50 +270,158 @@ def _numbers_of(memory: Array) -> Remembered:
     return number(latched), number(a), number(b), number(c)
 
 
-@lazy_kernel(makes_arrays=True)
-def _set_differences(equations: Equations, v: Variation, k: int, motion: ContactMotion) -> None:
-    """Fill ``results`` of contact k with central differences, along its motion, its memory and the values."""
-    model, memory, partials, scales = equations.model, v.work.memory[k], v.work.partials, np.zeros(INPUTS)
-    ex, ey, vx, vy, wb, wj, nx, ny = motion
-    at = (number(ex), number(ey), number(vx), number(vy), number(wb), number(wj), number(nx), number(ny))
-    end, law, table, bounds = model.ends[k], model.laws[k], model.tables[k], equations.work.scratch.bounds[k]
-    at_hand = latched, a, b, c = _numbers_of(memory)
-    difference_partials(end, law, table, equations.work.memory[k], at, bounds, partials)
-    here = contact_action(end, law, table, at_hand, at)
-    for i in range(RESULTS):
-        total = along(partials[i], motion)
-        for j in range(STATES):
-            total += partials[i, MOTION + j] * memory[FIRST_STATE + j]
-        v.work.results[i] = with_number(total, here[i])
-    input_scales(end, law, at, scales)
-    if is_bounded(bounds):
-        at = inside(end, law, table, at_hand, at, bounds, AWAY * scales[SPEED])
-    for j in range(DIRECTIONS):
-        p, faster, began = v.chosen[0] + j, slope(memory[0], j), latched
-        known, worst = 0 <= p < len(v.unit), abs(faster) / began if began > 0.0 else 0.0
-        if known:
-            worst = max(
-                worst, 1.0 / v.unit[p], abs(slope(v.model.laws[k].clearance, j)) / min(scales[GAP], law.clearance)
-            )
-        if not 0.0 < worst < math.inf:
-            continue
-        for side in (1.0, -1.0):
-            h = side * STEP / worst
-            if known:
-                _move(v, p, h)
-            changed = latched + h * faster, a, b, c
-            found = contact_action(v.moved.ends[k], v.moved.laws[k], v.moved.tables[k], changed, at)
-            for i in range(RESULTS):
-                v.work.numbers_results[i, 1 + j] += found[i] / (2.0 * h)
-        if known:
-            _move(v, p, 0.0)
-
-
 @kernel
 def _move(v: Variation, p: int, amount: float) -> None:
     """Move the model of floats by an amount of value p; zero restores it exactly."""
     for i in range(v.first[p], v.first[p + 1]):
         v.memory[v.spots[i]] = v.numbers[i] + amount * v.rates[i]
+
+
+def _differences(kind: ContactKind) -> Callable[..., None]:
+    """Make the kernel that fills ``results`` with central differences, along motion, memory and values."""
+    form, called, inside = kind.inputs, DERIVATIVES[kind.name].called, DERIVATIVES[kind.name].inside
+    numbers, along, fill_scales, count = form.numbers, form.along, form.fill_scales, form.size
+    speed, differences = form.speed, DERIVATIVES[kind.name].differences
+
+    def one(record: np.record, equations: Equations, v: Variation, motion: Any) -> None:
+        k = record.at
+        model, memory, partials, scales = equations.model, v.work.memory[k], v.work.partials, np.zeros(count)
+        at, law, table, bounds = numbers(motion), model.laws[k], model.tables[k], equations.work.scratch.bounds[k]
+        at_hand = latched, a, b, c = _numbers_of(memory)
+        differences(law, table, equations.work.memory[k], at, bounds, partials)
+        here = called(law, table, at_hand, at)
+        for i in range(RESULTS):
+            total = along(partials[i], motion)
+            for j in range(STATES):
+                total += partials[i, count + j] * memory[FIRST_STATE + j]
+            v.work.results[i] = with_number(total, here[i])
+        fill_scales(law, at, scales)
+        if is_bounded(bounds):
+            at = inside(law, table, at_hand, at, bounds, AWAY * scales[speed])
+        for j in range(DIRECTIONS):
+            p, faster, began = v.chosen[0] + j, slope(memory[0], j), latched
+            known, worst = 0 <= p < len(v.unit), abs(faster) / began if began > 0.0 else 0.0
+            if known:
+                worst = max(
+                    worst, 1.0 / v.unit[p], abs(slope(v.model.laws[k].clearance, j)) / min(scales[0], law.clearance)
+                )
+            if not 0.0 < worst < math.inf:
+                continue
+            for side in (1.0, -1.0):
+                h = side * STEP / worst
+                if known:
+                    _move(v, p, h)
+                changed = latched + h * faster, a, b, c
+                found = called(v.moved.laws[k], v.moved.tables[k], changed, at)
+                for i in range(RESULTS):
+                    v.work.numbers_results[i, 1 + j] += found[i] / (2.0 * h)
+            if known:
+                _move(v, p, 0.0)
+
+    return one
+
+
+_set_differences = {
+    kind.name: lazy(__name__, f"set_differences_{kind.name}", _differences(kind), makes_arrays=True)
+    for kind in EXACT_KINDS
+}
+
+
+def _finding(kind: ContactKind) -> Any:
+    """Make the kernel that fills ``results`` at a dual motion, within the bounds; differences where there are no duals.
+
+    It returns the dual frame of the contact.
+    """
+    form, called, inside = kind.inputs, DERIVATIVES[kind.name].called, DERIVATIVES[kind.name].inside
+    numbers, with_numbers, off_centre = form.numbers, form.with_numbers, form.off_centre
+    frame_of, motion_of, set_differences = kind.frame, kind.motion, _set_differences[kind.name]
+
+    @inlined_kernel
+    def find(record: np.record, equations: Equations, v: Variation) -> Any:
+        k, w, model, out = record.at, v.work.dynamics, equations.model, v.work.results
+        end, law, table, memory = v.model.ends[k], v.model.laws[k], v.model.tables[k], v.work.memory[k]
+        frame = frame_of(end, record, w.pose)
+        motion, bounds = motion_of(end, record, law, frame, w.pose, w.vel), equations.work.scratch.bounds[k]
+        held = numbers(motion)
+        if is_bounded(bounds):
+            held = inside(model.laws[k], model.tables[k], _numbers_of(memory), held, bounds, 0.0)
+        moved = with_numbers(motion, off_centre(held))
+        found = called(law, table, remembered_of(memory), moved)
+        total = 0.0
+        for i in range(RESULTS):
+            out[i] = found[i]
+            total += found[i]
+        if not is_known(total):
+            set_differences(record, equations, v, moved)
+        return frame
+
+    return find
+
+
+def _setting(kind: ContactKind) -> Callable[..., None]:
+    """Make the loop that fills contacts, and the wrenches on the bodies."""
+    find, force_of, add = _finding(kind), kind.force, kind.add
+
+    def loop(records: Records, equations: Equations, v: Variation) -> None:
+        w, contacts = v.work.dynamics, v.work.contacts
+        for i in range(len(records)):
+            record = records[i]
+            k, frame, found = record.at, find(record, equations, v), v.work.results
+            fx, fy, couple = force_of(record, frame, found)
+            add(w.wrench, v.model.ends[k], record, w.pose, frame, fx, fy, couple)
+            for m in range(RESULTS):
+                contacts[k, RESULT_PLACES[m]] = found[m]
+            contacts[k, EX], contacts[k, EY] = frame[0], frame[1]
+            contacts[k, FX], contacts[k, FY], contacts[k, COUPLE] = fx, fy, couple
+
+    return loop
+
+
+def _resulting(kind: ContactKind) -> Callable[..., None]:
+    """Make the kernel that fills ``results`` of one contact."""
+    find = _finding(kind)
+
+    def one(record: np.record, equations: Equations, v: Variation) -> None:
+        find(record, equations, v)
+
+    return one
+
+
+def _pushing(kind: ContactKind) -> Callable[..., None]:
+    """Make the kernel that adds the force pair of an action (3), ``push``, of one contact to the wrenches."""
+    frame_of, force_of, add = kind.frame, kind.force, kind.add
+
+    def one(record: np.record, v: Variation) -> None:
+        end, w = v.model.ends[record.at], v.work.dynamics
+        frame = frame_of(end, record, w.pose)
+        fx, fy, couple = force_of(record, frame, v.work.push)
+        add(w.wrench, end, record, w.pose, frame, fx, fy, couple)
+
+    return one
+
+
+_set_all = over_all(__name__, "set_all", "equations, v", "v.model.contacts, equations, v", _setting, exact=True)
+_set_one = over_one(__name__, "set_one", "equations, v", _resulting, exact=True)
+_push_one = over_one(__name__, "push_one", "v", _pushing, exact=True)
+
+
+@kernel
+def set_contacts(equations: Equations, v: Variation) -> None:
+    """Fill the contacts, and the wrenches on the bodies, at a dual state that is set."""
+    v.work.dynamics.wrench[:] = 0.0
+    _set_all(equations, v)
+
+
+@kernel
+def set_results(equations: Equations, v: Variation, k: int) -> None:
+    """Fill ``results`` of contact k at a dual state that is set, within the bounds."""
+    _set_one(v.model.contacts, k, equations, v)
+
+
+@kernel
+def add_push(v: Variation, k: int) -> None:
+    """Add the force pair of the change ``push`` of contact k's action to the wrenches."""
+    _push_one(v.model.contacts, k, v)
 
 
 @kernel

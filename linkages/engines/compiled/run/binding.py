@@ -6,6 +6,7 @@ import math
 
 from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.simd import lane
+from linkages.elements.contact_kinds import advance_cells, longest_step, start_cells
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.run.equations import derivatives, is_solved, outside, set_state, solve_state
 from linkages.engines.compiled.run.job import ACCURACY, END, LEAST, LONGEST, MOST, Job
@@ -19,15 +20,12 @@ from linkages.mechanics.integrate.stepper import Stepper, copy, restart
 from linkages.mechanics.planar.arrays import loads_of
 from linkages.mechanics.planar.closure import LOOSE, loop_error
 from linkages.mechanics.planar.contact_memory import (
-    advance_cells,
     any_cells,
     fill_landing,
     latch,
     latch_at_start,
-    longest_step,
     record_memory,
     recorded,
-    start_cells,
 )
 from linkages.mechanics.planar.contacts import CLOSING, PENETRATION
 from linkages.mechanics.planar.loads import is_due, next_due, sample_states
@@ -84,7 +82,7 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
     if status != DONE:
         return status, changed
     if any_cells(work.memory):
-        advance_cells(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel)
+        advance_cells(model.contacts, model, work.dynamics, work.memory, t)
         work.solved[0] = math.nan
         changed = True
     return DONE, changed
@@ -102,7 +100,7 @@ def next_sample(equations: Equations, t: float) -> float:
 @inlined_kernel
 def _longest_step(equations: Equations) -> float:
     """Return the longest next step that the cells of contacts allow [s]; infinite without them."""
-    return longest_step(equations.model.ends, equations.work.memory)
+    return longest_step(equations.model.contacts, equations.work.memory)
 
 
 @lazy_kernel
@@ -140,7 +138,7 @@ def _start_cells(equations: Equations, t: float, y: Array) -> None:
     """Set place and time of the cells of contacts at the start of a run, at t = 0 their content too."""
     model, work = equations.model, equations.work
     set_state(model, work, t, y)
-    start_cells(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel, t == 0.0)
+    start_cells(model.contacts, model, work.dynamics, work.memory, t, t == 0.0)
 
 
 @kernel

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.elements.contact_kinds import add_contacts
 from linkages.elements.machine import add_elements
 from linkages.engines.compiled.run.model import Equations, Work
 from linkages.laws.states import FIRST_STATE
 from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
-from linkages.mechanics.planar.contacts import EX, EY, FX, FY, RATES, clearance_wrenches
-from linkages.mechanics.planar.kinematics import body_accelerations, body_states
+from linkages.mechanics.planar.contacts import EX, EY, FX, FY, RATES
+from linkages.mechanics.planar.kinematics import set_accelerations, set_bodies
 from linkages.mechanics.planar.loads import state_rates
-from linkages.mechanics.planar.motion import evaluate_motions
+from linkages.mechanics.planar.motion import evaluate_motions, motions_at
 from linkages.mechanics.planar.newton_euler import force_residual
 from linkages.mechanics.planar.reactive_loads import add_applied
 from linkages.mechanics.planar.record_types import REVOLUTE
@@ -31,7 +32,7 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
         w.q[place], w.v[place], w.a[place], w.tau[place] = y[i], y[n + i], 0.0, 0.0
     value, rate, second = work.value, work.rate, work.second
     if len(model.driven):
-        evaluate_motions((model.motion, model.motion_c, model.motion_n), t, value, rate, second)
+        _evaluate_drives(model, work, t)
         for k in range(len(model.driven)):
             d = model.driven[k]
             w.q[d], w.v[d], w.a[d], w.tau[d] = value[k], rate[k], second[k], 0.0
@@ -40,7 +41,13 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
         work.memory[model.law_states[k, 0], FIRST_STATE + model.law_states[k, 1]] = y[2 * n + k]
     for k in range(len(model.states)):
         w.v[len(w.v) - len(model.states) + k] = y[2 * n + len(model.law_states) + k]
-    body_states(model.bodies, w.q, w.v, w.pose, w.vel)
+    set_bodies(model.bodies, w)
+
+
+@kernel
+def _evaluate_drives(model: Arrays, work: Work, t: float) -> None:
+    """Fill value, rate and second derivative of the prescribed motions."""
+    motions_at((model.motion, model.motion_c, model.motion_n), t, work.value, work.rate, work.second)
 
 
 @inlined_kernel
@@ -58,7 +65,7 @@ def _add_forces(equations: Equations, t: float) -> None:
     model, work = equations.model, equations.work
     w = work.dynamics
     w.wrench[:] = 0.0
-    clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
+    add_contacts(model, work)
     add_elements(model.elements, functions_of(model), t, w.v, w.pose, w.vel, w.wrench)
     if len(model.loads):
         add_applied(model, t, work.value, w, work.reactive)
@@ -80,7 +87,7 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     w = work.dynamics
     smooth_dynamics(model.bodies, model.rows, model.elimination, model.size, model.gravity, w)
     if len(model.rows):
-        body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
+        set_accelerations(model.bodies, w)
     _mark_solved(work, t, y)
 
 
@@ -151,7 +158,7 @@ def arrive(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> f
         dy[i] = y[n + i]
         w.a[model.free[i]] = dy[n + i]
     left = 0.0 if len(model.rows) else _residual_forces(model, work, out)
-    body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
+    set_accelerations(model.bodies, w)
     _fill_others(model, work, dy, 2 * n)
     if not len(model.rows):
         _mark_solved(work, t, y)
@@ -239,7 +246,7 @@ def add_reactions(model: Arrays, w: Workspace, reaction: Array) -> None:
 def row_accelerations(model: Arrays, w: Workspace, rows: Array) -> None:
     """Fill ``rows`` (nr,) with the accelerations of the closure rows."""
     if len(model.rows):
-        body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
+        set_accelerations(model.bodies, w)
     for k in range(len(model.rows)):
         rows[k] = row_acceleration(model.rows[k], w.pose, w.vel, w.acc)
 

@@ -9,10 +9,12 @@ then the mechanics with contacts that are linear in their motion. With closure r
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
-from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.base.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope, with_number
+from linkages.elements.contact_kinds import fill_partials, over_all
 from linkages.elements.machine import add_elements
 from linkages.engines.compiled.run.equations import add_reactions, is_solved, row_accelerations, solve_state
 from linkages.engines.compiled.run.model import Equations, Scratch
@@ -20,18 +22,8 @@ from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.articulated_body import acceleration_response
 from linkages.mechanics.planar.closure_rows import row_acceleration
 from linkages.mechanics.planar.composite_inertia import mass_matrix
-from linkages.mechanics.planar.contact_partials import MOTION, along, contact_partials
-from linkages.mechanics.planar.contacts import (
-    FIRST_RATE,
-    FORCE_COUPLE,
-    FORCE_X,
-    FORCE_Y,
-    RESULT_PLACES,
-    ContactMotion,
-    add_contact,
-    contact_motion,
-)
-from linkages.mechanics.planar.kinematics import body_states, moved_states, moved_velocities
+from linkages.mechanics.planar.contacts import FIRST_RATE, ContactKind
+from linkages.mechanics.planar.kinematics import moved_states, moved_velocities, set_bodies
 from linkages.mechanics.planar.loads import state_rates
 from linkages.mechanics.planar.loop_dynamics import add_reactions_response, eliminate_rows
 from linkages.mechanics.planar.newton_euler import force_residual, moved_residual
@@ -48,14 +40,10 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
     f is `linkages.engines.compiled.run.equations.derivatives`; lines of positions are those of df/dy.
     """
     model, work = equations.model, equations.work
-    w, s, n, ny = work.dynamics, work.scratch, len(model.free), len(y)
+    s, n, ny = work.scratch, len(model.free), len(y)
     if not is_solved(work, t, y):
         solve_state(equations, t, y)
-    for k in range(len(model.ends)):
-        motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
-        contact_partials(
-            model.ends[k], model.laws[k], model.tables[k], work.memory[k], motion, s.bounds[k], s.partials[k]
-        )
+    fill_partials(model, work)
     _fill_mass(equations, mass)
     out[:] = 0.0
     for i in range(n):
@@ -111,7 +99,7 @@ def _fill_moved(equations: Equations, t: float, first: int, count: int, out: Arr
         d.q[place], d.v[place] = seeded(w.q[place], i - first), seeded(w.v[place], n + i - first)
     _seed_states(model, w, d, 2 * n + len(model.law_states) - first)
     if count == out.shape[0]:
-        body_states(model.bodies, d.q, d.v, d.pose, d.vel)
+        set_bodies(model.bodies, d)
     else:
         _mark(model, s, first, count)
         moved_states(model.bodies, s.moves, d.q, d.v, d.pose, d.vel, w.pose, w.vel)
@@ -149,13 +137,7 @@ def _fill_columns(equations: Equations, d: Workspace, t: float, first: int, coun
     s, n = work.scratch, len(model.free)
     d.tau[:] = 0.0
     d.wrench[:] = 0.0
-    for k in range(len(model.ends)):
-        motion = _add_linear_contact(equations, d, k, 2 * n - first)
-        for m in range(len(model.law_states)):
-            if model.law_states[m, 0] == k:
-                rate = _linear(equations, k, FIRST_RATE + model.law_states[m, 1], motion, 2 * n - first)
-                for j in range(count):
-                    out[2 * n + m, first + j] = slope(rate, j)
+    add_linear(equations, d, first, count, out)
     if len(model.states):
         fill_states(model, d, t, d.tau, first, first + count, out)
     add_elements(model.elements, functions_of(model), t, d.v, d.pose, d.vel, d.wrench)
@@ -212,30 +194,52 @@ def _seed_states(model: Arrays, w: Workspace, d: Workspace, before: int) -> None
         d.v[place] = seeded(w.v[place], before + k)
 
 
-@inlined_kernel
-def _add_linear_contact(equations: Equations, d: Workspace, k: int, before: int) -> ContactMotion:
-    """Add the wrenches of contact k, linear in its motion and states, to dual ones; return its motion.
+def _linear(kind: ContactKind) -> Callable[..., None]:
+    """Make the loop that adds the wrenches of contacts, linear in their motions and states, to dual ones.
 
-    The slope of the first state of all laws has the index `before`.
+    Fills columns of the lines of their laws' states.
     """
-    end = equations.model.ends[k]
-    motion, arms = contact_motion(end, d.pose, d.vel)
-    fx = _linear(equations, k, FORCE_X, motion, before)
-    fy = _linear(equations, k, FORCE_Y, motion, before)
-    couple = _linear(equations, k, FORCE_COUPLE, motion, before)
-    add_contact(d.wrench, end, d.pose, motion[0], motion[1], arms, fx, fy, couple)
-    return motion
+    frame_of, motion_of, force_of, carried, add = kind.frame, kind.motion, kind.force, kind.carried, kind.add
+    along, inputs = kind.inputs.along, kind.inputs.size
+
+    @inlined_kernel
+    def result(equations: Equations, k: int, i: int, motion: Any, before: int) -> Any:
+        """Return the change of a result; the slope of the first state of all laws has the index ``before``."""
+        partials, states = equations.work.scratch.partials[k, i], equations.model.law_states
+        total = along(partials, motion)
+        for m in range(len(states)):
+            if states[m, 0] == k:
+                total += partials[inputs + states[m, 1]] * seeded(0.0, before + m)
+        return total
+
+    def loop(records: Records, equations: Equations, d: Workspace, first: int, count: int, out: Array) -> None:
+        model, contacts = equations.model, equations.work.contacts
+        n, states = len(model.free), model.law_states
+        before = 2 * n - first
+        for i in range(len(records)):
+            record = records[i]
+            k = record.at
+            frame = frame_of(model.ends[k], record, d.pose)
+            motion = motion_of(model.ends[k], record, model.laws[k], frame, d.pose, d.vel)
+            known = carried(record, frame, contacts[k])
+            one = with_number(result(equations, k, 0, motion, before), known[0])
+            two = with_number(result(equations, k, 1, motion, before), known[1])
+            three = with_number(result(equations, k, 2, motion, before), known[2])
+            fx, fy, couple = force_of(record, frame, (one, two, three))
+            add(d.wrench, model.ends[k], record, d.pose, frame, fx, fy, couple)
+            for m in range(len(states)):
+                if states[m, 0] == k:
+                    rate = result(equations, k, FIRST_RATE + states[m, 1], motion, before)
+                    for j in range(count):
+                        out[2 * n + m, first + j] = slope(rate, j)
+
+    return loop
 
 
-@inlined_kernel
-def _linear(equations: Equations, k: int, i: int, motion: ContactMotion, before: int) -> Any:
-    """Return a result of contact k as a dual number that is linear in its motion and its states."""
-    partials, states = equations.work.scratch.partials[k, i], equations.model.law_states
-    total = along(partials, motion)
-    for m in range(len(states)):
-        if states[m, 0] == k:
-            total += partials[MOTION + states[m, 1]] * seeded(0.0, before + m)
-    return with_number(total, equations.work.contacts[k, RESULT_PLACES[i]])
+add_linear = over_all(
+    __name__, "add_linear", "equations, d, first, count, out",
+    "equations.model.contacts, equations, d, first, count, out", _linear,
+)  # fmt: skip
 
 
 @lazy_kernel

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.kernel import Array, Indices, Records
+from linkages.elements.contact_kinds import make_memory
 from linkages.engines.budget import least_advance, most
 from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.model import KINKS, Equations, error_scale, make_work, start_state
@@ -14,7 +15,6 @@ from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.mechanics.integrate.stepper import Stepper, make_stepper
 from linkages.mechanics.planar.arrays import Arrays, size_of
-from linkages.mechanics.planar.contact_memory import make_memory
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -107,7 +107,7 @@ def model_of(system: System, outputs: Records) -> Arrays:
 def make_job(given: Given, memory: Array | None = None, modes: Indices | None = None) -> Job:
     """Add the arrays to work on, around what contacts remember and whether they touch; by default they know nothing."""
     model, ny, nc = given.model, len(given.start), len(given.model.ends)
-    memory = make_memory(model.ends, model.tables) if memory is None else memory
+    memory = make_memory(model.contacts, model.tables) if memory is None else memory
     work = make_work(model, memory, np.full(nc, -1) if modes is None else modes)
     return Job(
         **{name: getattr(given, name) for name in Job._fields if name in Given._fields},

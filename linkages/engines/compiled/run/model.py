@@ -13,15 +13,15 @@ import numpy as np
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.dual import dual_array
 from linkages.base.kernel.dual_copy import DualCopy
+from linkages.elements.limit import levers
 from linkages.elements.machine import count
 from linkages.engines.methods import is_implicit
 from linkages.mechanics.planar.arrays import Arrays, size_of
 from linkages.mechanics.planar.contact_partials import PARTIALS, no_bounds
-from linkages.mechanics.planar.contacts import RESULTS, WIDTH, limits_a_row
+from linkages.mechanics.planar.contacts import RESULTS, WIDTH
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
 from linkages.mechanics.planar.motion import switch_counts
 from linkages.mechanics.planar.reactive_loads import ReactiveLoads, make_reactive_loads
-from linkages.mechanics.planar.record_types import ANGLE
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -164,8 +164,8 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
     its own [m].
     """
     size = np.asarray(system.tree.extent if extent is None else extent)[..., None]
-    turns = limits_a_row(system.ends) & (system.ends["row"]["term"]["kind"] == ANGLE)
-    counts, lever = (_TOUCH if joint.can_touch else _FILM for joint in system.models), system.ends["lever"]
+    turns, lever = levers(system.contact_kinds.limit, len(system.models))
+    counts = (_TOUCH if joint.can_touch else _FILM for joint in system.models)
     least = np.array([n * (joint.clearance or np.inf) for n, joint in zip(counts, system.models, strict=True)])
     length = np.minimum(size, (least * np.where(turns, size / lever, 1.0)).min(axis=-1, initial=np.inf, keepdims=True))
     angle = (least / np.where(turns, lever, size)).min(axis=-1, initial=1.0, keepdims=True)

@@ -14,6 +14,7 @@ from linkages.base.errors import AssemblyError, Status
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.by_reference import packed
 from linkages.base.signals import arrival, deferred
+from linkages.elements.contact_kinds import make_memory
 from linkages.engines.compiled.run.binding import JAMMED, LEFT, OPEN, check, evaluate, run
 from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_job
 from linkages.engines.compiled.run.kinks import kinks
@@ -23,7 +24,6 @@ from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.engines.methods import expect_run
 from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Record
 from linkages.mechanics.planar.arrays import size_of
-from linkages.mechanics.planar.contact_memory import make_memory
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.outputs.columns import Columns, whole_columns
 from linkages.results.outputs.registry import names as all_names
@@ -77,7 +77,7 @@ class Runner:
         self.tolerance, self.scale = given.tolerance, error_scale(system)
         expect_run(system, "compiled")
         self._kinks = given.kinks, kinks(system)
-        self.memory, self.modes = make_memory(self.model.ends, self.model.tables), np.full(len(self.model.ends), -1)
+        self.memory, self.modes = make_memory(self.model.contacts, self.model.tables), np.full(len(self.model.ends), -1)
         self.job = packed(make_job(given, self.memory, self.modes))
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from pydrake.geometry import Cylinder, Rgba
 
 from linkages.base.arrays import Array
+from linkages.elements.guide import CORNERS
 from linkages.input.files.magnitudes import rounded
 from linkages.results.assessment import Assessment
 from linkages.show.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, MagnifiedView, closed, strongest
-from linkages.system.tree import CORNERS
 
 _RING = 0.16  # drawn thickness of the bearing over the view's radius
 _ORBIT_POINTS = 3000
