@@ -18,6 +18,7 @@ from linkages.results.soundness import BOUNDED, CHANGE_POINT, DEAD_POINT, ONE_BR
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import warning
 from linkages.system import System
+from linkages.system.assembly import locking_couplings
 from linkages.system.rigid_segments import has_segments
 
 ROUGH = 0.1  # error over a peak that gives a warning
@@ -151,7 +152,8 @@ def _of_elements(system: System) -> list[RunWarning]:
     for kind, name, keys in all_elements_of(system.parts):
         if kind.warns is not None:
             together.setdefault(kind.warns, {})[name] = keys
-    locking = system.locking_couplings if closed else []
+    tree = system.tree
+    locking = locking_couplings(tree, tree.loop_rows, system.assembly.q) if closed else []
     warned = (
         one
         for warns, named in together.items()

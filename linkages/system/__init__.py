@@ -2,9 +2,15 @@
 
 | module                  | responsibility                                                               |
 |-------------------------|------------------------------------------------------------------------------|
-| system                  | `System`: the assembled start, all arrays; `load`                            |
+| system                  | `System`: its parts in the order in which each follows from the others       |
+| loading                 | `load`                                                                       |
+| replacing               | numbers of the input by path: other values, units                            |
 | identity                | the input of a system, for records of results and for comparison             |
-| unassembled             | `Unassembled`: tree, motions, loads, contacts and their records              |
+| ideal_linkage           | `IdealLinkage`: tree, motions and loads; its reactions                       |
+| masses                  | masses of the bodies, with rotors and negligible ones                        |
+| rates                   | rates of the motion before a run                                             |
+| contacts                | `Contacts`: their ends and laws                                              |
+| model_arrays            | all arrays that kernels read                                                 |
 | facts                   | what mechanism and experiment say of a system: its fields                    |
 | settings                | `Settings`: duration, accuracy, method, outputs and windows of a run         |
 | description             | `Description`: title, names, files                                           |
@@ -26,11 +32,12 @@
 | assembly                | loop closure on the branch of the reference configuration, mobility, t = 0   |
 | loose_start             | start of prescribed motions of loosely coupled joints                        |
 | feedforward             | torques of the ideal machine along the references of controllers             |
-| equilibrium             | reactions of the ideal linkage; offsets of journals in static equilibrium    |
+| equilibrium             | offsets of journals and blocks in static equilibrium                         |
 | ideal_motion            | motion of the ideal linkage over time                                        |
 | reference_configuration | a pose with closed loops and all joints within their limits                  |
 """
 
-from linkages.system.system import System, load
+from linkages.system.loading import load
+from linkages.system.system import System
 
 __all__ = ["System", "load"]

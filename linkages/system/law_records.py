@@ -114,7 +114,7 @@ def _film_table(joint: JointModel, bearing: BearingSize | None, least_force: flo
     slenderness, history = 0.5 * bearing.length / bearing.radius, joint.history
     if history is None:
         return load_map(MapCase(slenderness, joint.cavitation, joint.feed))
-    assert history.step is not None  # `linkages.system.unassembled.Unassembled.models`
+    assert history.step is not None  # `linkages.system.contacts.contact_models`
     around, along = history.cells
     accuracy = history.accuracy or 0.0  # of a constant film step
     return history_table(slenderness, joint.feed, (around, along), history.step, history.content, accuracy, least_force)

@@ -40,7 +40,11 @@ class StaticSystem(System):
     @cached_property
     def assembly(self) -> Assembly:
         """Assemble in the pose; links with a quasi-static start are deflected by the loads at zero velocity."""
-        return deflected(self, self.pose, self.time) if self.tree.flexible else self.pose
+        return (
+            deflected(self.ideal_linkage, self.pose, self.experiment.source, self.time)
+            if self.tree.flexible
+            else self.pose
+        )
 
 
 def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]:
@@ -101,7 +105,7 @@ class Disturbed(System):
     @cached_property
     def packed(self) -> Packed:
         """Return elements and applied loads as records of the kernels."""
-        return pack_loads(self.tree, self.experiment, with_feedforward(self), self.applied)
+        return pack_loads(self.tree, self.experiment, with_feedforward(self.mechanism, self.experiment), self.applied)
 
 
 def inputs(system: System) -> dict[str, tuple[str, str, int]]:

@@ -24,7 +24,7 @@ from linkages.engines.compiled.batch.statistics import run_rows
 from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_job
 from linkages.results.outputs.registry import pack, packer
 from linkages.system import System
-from linkages.system.system import keeps_start
+from linkages.system.replacing import keeps_start
 from linkages.system.tree import joint_ends
 
 _PART, _BEGIN = 0.618, 0.01  # of the way from the least to the greatest value

@@ -19,7 +19,7 @@ from linkages.input.model.experiment import value_unit
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.results.derivatives import Direction
 from linkages.system import System
-from linkages.system.system import keeps_start
+from linkages.system.replacing import keeps_start
 
 _STEP = 3e-5  # of differences, in parts of the value
 _ZERO = 1e-7  # values of a smaller magnitude count as zero, SI units

@@ -18,7 +18,7 @@ from linkages.mechanics.planar.closure import jacobian_at
 from linkages.mechanics.planar.closure_rows import row_rate, row_value
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.system import System
-from linkages.system.system import keeps_start
+from linkages.system.replacing import keeps_start
 from linkages.system.tree import without
 
 _DEPENDENT = 1e-11  # singular values of dependent rows, in parts of the largest, are below
