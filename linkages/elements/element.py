@@ -202,8 +202,10 @@ class Element(Generic[K]):
         ``rotor(keys)`` is the inertia that it adds to a joint.
     record : dtype, optional
         The numbers of its kernels, made by ``record_type``; default: it has no kernels.
+    values : mapping
+        Keys whose values the record has as they are, by its fields.
     pack : callable
-        ``pack(keys, places)`` returns the numbers of a record by field.
+        ``pack(keys, places)`` returns the other numbers of a record by field.
     functions : callable, optional
         ``functions(keys, name)`` returns the functions that its record refers to: components by the field that has the
         index of the first one. A kernel reads them by `linkages.mechanics.planar.functions.value_of`.
@@ -257,6 +259,7 @@ class Element(Generic[K]):
     from_reference: Callable[[K], bool] = lambda keys: False
     rotor: Callable[[K], Rotor | None] = lambda keys: None
     record: np.dtype[Any] | None = None
+    values: Mapping[str, str] = field(default_factory=dict)
     pack: Callable[[K, Places], Mapping[str, Any]] = lambda keys, places: {}
     functions: Callable[[K, str], Mapping[str, Sequence[Function]]] | None = None
     act: Acting | None = None

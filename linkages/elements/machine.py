@@ -123,11 +123,21 @@ def _records(
 ) -> Records:
     records: Records = np.zeros(len(named), kind.record)
     for record, (name, keys) in zip(records, named.items(), strict=True):
+        for field, key in kind.values.items():
+            record[field] = getattr(keys, key)
         for field, number in kind.pack(keys, places).items():
             record[field] = number
         for field, functions in kind.functions_of(keys, name).items():
             record[field] = add(functions)
     return records
+
+
+def fills_of(tables: Tables) -> Iterator[tuple[str, str, int, str]]:
+    """Yield the values that records of elements have as they are: path, table, index of the record, field."""
+    for kind in ACTING:
+        for k, name in enumerate(tables[kind.table]):
+            for field, key in kind.values.items():
+                yield f"{kind.path(name)}.{key}", kind.table, k, field
 
 
 def record_of(elements: Any, tables: Tables, table: str, name: str) -> np.record:

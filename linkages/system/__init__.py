@@ -12,6 +12,7 @@
 | contacts                | `Contacts`: their ends and laws                                              |
 | model_arrays            | all arrays that kernels read                                                 |
 | facts                   | what mechanism and experiment say of a system: its fields                    |
+| owners                  | which value fills which numbers: a register by path                          |
 | settings                | `Settings`: duration, accuracy, method, outputs and windows of a run         |
 | description             | `Description`: title, names, files                                           |
 | joints                  | `SystemJoint`: a joint's places, axis, clearance and model                   |
