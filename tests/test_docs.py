@@ -37,13 +37,13 @@ def test_the_list_of_experiment_keys_is_fresh():
     assert (DOCS / "experiment.md").read_text(encoding="utf-8") == import_module("make_experiment").markdown()
 
 
-@pytest.mark.parametrize("name", ["study_files.md", "identification.md"])
+@pytest.mark.parametrize("name", ["study_files.md", "identification_keys.md"])
 def test_the_lists_of_study_keys_are_fresh(name):
     text = (DOCS / name).read_text(encoding="utf-8")
     assert import_module("make_optimisation").page(text, name) == text
     known = {
         "study_files.md": "- `constraints.NAME.at_least`: lower limit\n",
-        "identification.md": "- `fit.starts`: number",
+        "identification_keys.md": "- `fit.starts`: number",
     }
     assert known[name] in text
 
@@ -115,6 +115,19 @@ def test_links_between_pages_lead_somewhere(page):
         assert target.startswith("https://") or (page.parent / target).exists(), target
 
 
+def anchors(page):
+    """Names of the places in a page: its headings as the site and GitHub write them, and explicit ones."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    headings = [re.sub(r"[^\w\s-]", "", title).strip().lower() for title in re.findall(r"^#+ (.*)", text, re.MULTILINE)]
+    return {re.sub(r"[-\s]+", "-", title) for title in headings} | set(re.findall(r'id="([\w-]+)"', text))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_links_to_a_place_in_a_page_find_it(page):
+    for target, place in re.findall(r"\]\(((?:[\w./]+\.md)?)#([\w-]+)\)", page.read_text(encoding="utf-8")):
+        assert place in anchors((page.parent / target) if target else page), f"{target}#{place}"
+
+
 def test_the_list_of_outputs_is_fresh():
     text = (DOCS / "outputs.md").read_text(encoding="utf-8")
     assert import_module("make_outputs").page(text) == text
@@ -162,7 +175,7 @@ def test_code_of_pages_uses_public_names_that_exist(page):
 
 
 @pytest.mark.parametrize(
-    "name", ["README.md", "docs/drake.md", "docs/compiled.md", "docs/index.md", "docs/nonlinear.md"]
+    "name", ["README.md", "docs/drake.md", "docs/batches.md", "docs/index.md", "docs/nonlinear.md"]
 )
 def test_code_of_pages_runs(name):
     """With short runs."""
@@ -181,7 +194,7 @@ def test_code_of_pages_runs(name):
     names = {"__name__": "__main__"}
     for block in blocks:
         exec(compile(block, name, "exec"), names)
-    if name == "docs/compiled.md":
+    if name == "docs/batches.md":
         for statistic in ["peak", *re.search(r"; likewise (.*)", text)[1].split(", ")]:
             assert getattr(names["batch"], statistic).shape == (2, 1, 2)
     elif name == "docs/nonlinear.md":
