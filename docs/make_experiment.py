@@ -47,7 +47,7 @@ A driven joint may have clearance, with every model of other joints: give it bot
 
 ## All keys
 
-Examples: [loads](loads.md), [gears, backlash, stops, lines and friction](constraints.md), [flexible links](flexible.md), [grooves, heat, tilt](bearing.md),
+Examples: [loads](loads.md), [gears and backlash](gears.md), [stops, lines and friction](constraints.md), [flexible links](flexible.md), [grooves](bearing_grooves.md), [heat](bearing_heat.md), [tilt](bearing_tilt.md),
 [part of a run that tables report](steady_cycle.md), [wear](wear.md).
 
 """
