@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
     for note in sorted(notes, key=lambda note: note.startswith(MARK)):
         print(note if note.startswith(MARK) else f"- {note}")
     if gravity is None:
-        said = "if the other program assumed gravity, its experiment needs"
+        said = "other programs assume, for the experiment"
     else:
         said = "the file's gravity, for the experiment"
     print(f"{said}: gravity = {list(gravity or USUAL_GRAVITY)}  # m/s2")
