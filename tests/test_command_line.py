@@ -319,7 +319,7 @@ def test_keys_at_a_path_are_listed(path, capsys):
 
 def test_outputs_are_listed_by_path_and_a_wrong_path_is_answered(capsys):
     assert main(["keys", "A.eccentricity_ratio"]) == 0
-    assert list(listing(capsys.readouterr().out))[0] == "JOINT (film, dry, mixed).eccentricity_ratio"
+    assert next(iter(listing(capsys.readouterr().out))) == "JOINT (film, dry, mixed).eccentricity_ratio"
     assert main(["keys", "joints.A.frictoin"]) == 2
     assert capsys.readouterr().err.startswith("error: keys: joints.A.frictoin: is no key and no output; did you mean")
     assert main(["keys", "yoke.toml"]) == 2

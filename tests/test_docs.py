@@ -3,6 +3,7 @@
 import ast
 import doctest
 import inspect
+import json
 import pkgutil
 import re
 import tomllib
@@ -15,7 +16,9 @@ import pytest
 from drake_missing import ExampleRunner
 from test_words import replaced_words
 
+import linkages
 from linkages import laws
+from linkages.cli import commands
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -201,6 +204,17 @@ def test_code_of_pages_runs(name):
         np.testing.assert_allclose(names["touching"]["B.penetration"], 0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("model", ["lubricated", "dry", "mixed"])
+def test_the_tables_of_a_clearance_joint_are_complete(model):
+    """As they stand on the page, without further keys."""
+    blocks = re.findall(
+        r"^```toml\n(.*?)^```", (DOCS / "clearance.md").read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    )
+    (table,) = (joint for block in blocks if (joint := tomllib.loads(block)["joints"]["B"])["model"] == model)
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"joints.B": table, "duration": 1e-3})
+    assert linkages.simulate(system).status.value == "ok"
+
+
 def public_functions():
     """Public objects by name: functions of the packages, methods of a system."""
     found = {"linkages.system.system:System.replaced", "linkages.system.system:System.value"}
@@ -249,3 +263,21 @@ def test_examples_of_all_other_docstrings_are_right(no_laws_stay):
         runner.run(example)
     assert len(others) > 20
     assert runner.summarize(verbose=False).failed == 0
+
+
+def test_the_gallery_has_every_command_and_is_fresh():
+    """A picture, or a row for a command that draws nothing."""
+    gallery = import_module("make_gallery")
+    text = gallery.PAGE.read_text(encoding="utf-8")
+    assert {name for name in commands() if f"linkages {name}" not in text} == set()
+    told = json.loads((DOCS / "figures" / "gallery.json").read_text(encoding="utf-8"))
+    assert all(gallery.written(name, tile, told[name]) in text for name, tile in gallery.TILES.items())
+
+
+def test_a_page_is_short_in_the_median():
+    """Words without the rows of tables, but with code: a page answers one question."""
+    words = [
+        sum(len(line.split()) for line in page.read_text(encoding="utf-8").splitlines() if line[:1] != "|")
+        for page in DOCS.glob("*.md")
+    ]
+    assert np.median(words) <= 400
