@@ -7,6 +7,7 @@ from pathlib import Path
 
 from linkages.base.errors import InputError
 from linkages.cli.options import add_part, part_of, stored_run
+from linkages.cli.printing import show
 
 HELP = "write a run as a GIF or MP4 file"
 
@@ -46,5 +47,5 @@ def run(options: argparse.Namespace) -> int:
     path = options.out or options.folder / f"animation.{options.kind}"
     with whole(path) as partial:
         count = write_moving(draw(system), system.links, trajectory, partial, options.kind, options.seconds)
-    print(f"written: {path}, {count} frames, {path.stat().st_size / 1e6:.1f} MB")
+    show(f"written: {path}, {count} frames, {path.stat().st_size / 1e6:.1f} MB")
     return 0

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from linkages.base.errors import Status
 from linkages.base.packages import installed
+from linkages.cli.printing import show_pairs
 from linkages.engines import ENGINES, PACKAGES
 from linkages.input.files.shipped import data_folder
 
@@ -25,8 +26,9 @@ HELP = "check the installation: versions, caches, data, a self-check"
 
 EXAMPLES = """examples:
   linkages doctor
-  linkages doctor > installation.txt        to send with a question or a bug report
+  linkages doctor > installation.txt        to send with a bug report
 """
+_NAMES = 27  # widest check [columns]
 _PLACE = "set NUMBA_CACHE_DIR to a writable folder"
 #: What is missing without a package that not every system has.
 _WITHOUT = {"drake": "without: the drake engine, compare, --verify, SNOPT, magnified joints in animations"}
@@ -44,10 +46,9 @@ def run(options: argparse.Namespace) -> int:
     announce_compilation()
     wrong = 0
     for result in examine():
-        print(f"{'WRONG' if result.remedy else 'ok   '} {result.name:22s} {result.text}", flush=True)
-        if result.remedy:
-            wrong += 1
-            print(f"      {'':22s} {result.remedy}")
+        wrong += bool(result.remedy)
+        rows = [(f"{'WRONG' if result.remedy else 'ok   '} {result.name}", result.text)]
+        show_pairs(rows + [("", result.remedy)] * bool(result.remedy), _NAMES)
     print(f"\n{wrong} of these need{'s' * (wrong == 1)} a remedy" if wrong else "\nall is well")
     return int(bool(wrong))
 

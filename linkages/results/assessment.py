@@ -159,7 +159,7 @@ class Assessment(Brief):
 
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:
-        """Return the time ranges with separate results, by name [s]; docs/outputs.md lists them."""
+        """Return the time ranges with separate results, by name [s]; docs/summary_json.md lists them."""
         settings, end = self.system.settings, float(self.run.time[-1])
         asked = {**settings.windows}
         if settings.report_from is not None:

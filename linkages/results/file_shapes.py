@@ -1,4 +1,4 @@
-"""Schemas of ``wear.json`` and ``record.json``; docs/outputs.md explains the keys."""
+"""Schemas of ``wear.json`` and ``record.json``; docs/summary_json.md explains the keys."""
 
 from __future__ import annotations
 

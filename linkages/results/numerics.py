@@ -2,7 +2,7 @@
 
 Each line has name, value, unit and effect. ``python tests/constants.py linkages/results/numerics.py FILES`` changes
 each by a factor of three and says whether a test in these files notices. Limits of physical meaning, formats, and
-thresholds that docs/outputs.md states are in the modules themselves. No number here acts in compiled code.
+thresholds that docs/stated_errors.md states are in the modules themselves. No number here acts in compiled code.
 """
 
 # several modules

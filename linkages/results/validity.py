@@ -21,7 +21,7 @@ Case = TypeVar("Case")
 
 
 def warning(kind: str, time: float | None, what: str, remedy: str, changes: dict[str, Any] | None = None) -> RunWarning:
-    """Make an entry of ``warnings`` in ``summary.json``; docs/outputs.md explains the kinds."""
+    """Make an entry of ``warnings`` in ``summary.json``; docs/warnings.md explains the kinds."""
     return RunWarning(kind=kind, time=time, what=what, remedy=remedy, changes=changes or {})
 
 
@@ -79,7 +79,7 @@ SLOPE = math.sqrt(2.0 * 0.01)
 #: Compressive force over the pinned beam's Euler load that doubles the deflections [1].
 BUCKLING = 0.5
 #: Number of axial modes for accurate impact peaks. Errors for a 0.3 m steel rod when its dry joint closes: a third with
-#: one mode, 10 % with two, 0.1 % with four (docs/flexible_theory.md, Limits).
+#: one mode, 10 % with two, 0.1 % with four (docs/flexible_limits.md).
 AXIAL = 4
 #: Smallest ratio of the highest kept bending frequency to the excitation frequency [1].
 ABOVE = 10.0

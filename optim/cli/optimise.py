@@ -12,6 +12,7 @@ from linkages import InputError
 from linkages.base.errors import listed
 from linkages.base.packages import check_installed
 from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, workers, written
+from linkages.cli.printing import show
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 from linkages.show.plots.presentation import presentation
@@ -102,8 +103,8 @@ def run(options: argparse.Namespace) -> int:
         write_table(results, root / TABLE)
         table = format_table(results)
         record(options, root, "Several studies", "Which designs are best?", ["The table lists every run."], table)
-        print(table + "\n")
-    print(written(root, sorted(p.name for p in root.iterdir() if p.name[0] != "." and p.suffix != ".lock")))
+        show(table + "\n")
+    show(written(root, sorted(p.name for p in root.iterdir() if p.name[0] != "." and p.suffix != ".lock")))
     return 0
 
 
@@ -195,7 +196,7 @@ def _solve(
     table = format_result(study, result)
     question = f"Which design is best: {listed(study.label(name) for name in result.best.objectives)}?"
     record(options, job.folder, study.title, question, result_answer(study, result), table)
-    print(table + "\n")
+    show(table + "\n")
     if options.verify:
         from optim.search.verification import format_verification, verify
 
@@ -203,9 +204,9 @@ def _solve(
         verified = verify(study, result.best, options.threads, progress_bar("Drake"))
         result = result.model_copy(update={"verification": verified})
         write_json(job.folder / RESULT, result)
-        print(format_verification(verified) + "\n")
+        show(format_verification(verified) + "\n")
     else:
-        print("not yet run again on Drake: give --resume --verify\n")
+        show("not yet run again on Drake: give --resume --verify\n")
     return result
 
 
@@ -214,7 +215,7 @@ def _check(study: Study, design: Array, evaluator: Evaluator, where: str) -> dic
     from optim.search.derivative_check import check_derivatives, format_derivative_check
 
     report = check_derivatives(study, design, evaluator)
-    print(format_derivative_check(study, report, where) + "\n")
+    show(format_derivative_check(study, report, where) + "\n")
     if not report["agrees"]:
         print(f"warning: derivatives at the {where} differ from differences of designs", file=sys.stderr)
     return report

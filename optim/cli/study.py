@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
 from linkages.cli.options import add_out, add_pictures, output_folder, print_results, record
+from linkages.cli.printing import show
 from linkages.input.files.writing import write_json
 from linkages.show.plots.presentation import presentation
 from optim.cli.seeds import seeds_of
@@ -60,11 +61,11 @@ def run(options: argparse.Namespace) -> int:
 
     with read_store(options.file) as store:
         if options.action == "show":
-            print(format_store(store))
+            show(format_store(store))
             return 0
         out = options.out or options.file.with_name("evaluations.csv")
         rows = export(store, out)
-    print(f"{rows} designs written to {out}")
+    show(f"{rows} designs written to {out}")
     return 0
 
 

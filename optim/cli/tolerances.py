@@ -8,6 +8,7 @@ import time
 
 from linkages import InputError
 from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, workers, written
+from linkages.cli.printing import show
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 from optim.cli.seeds import seeds_of
@@ -74,6 +75,5 @@ def run(options: argparse.Namespace) -> int:
         from optim.report.tolerance_figures import write_tolerances
 
         names += write_tolerances(study, result, sample, folder)
-    print(table + f"\n\n{time.monotonic() - started:.1f} s")
-    print(written(folder, names))
+    show(f"{table}\n\n{time.monotonic() - started:.1f} s\n{written(folder, names)}")
     return 0
