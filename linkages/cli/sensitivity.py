@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from linkages.system import System
 
 HELP = "derivatives of peaks, means and works of a run with respect to values"
-WRITES = {"sensitivity": ("sensitivity.json", "details.json", "tornado.png")}
+WRITES = {"sensitivity": ("sensitivity.json", "details.json", "matrix.png")}
 
 EXAMPLES = """examples:
   linkages sensitivity seven_bar.toml --wrt joints.A.clearance joints.A.viscosity sdf.links.link6.mass
@@ -60,10 +60,10 @@ def run(options: argparse.Namespace) -> int:
         details |= {"differences": found.checks, "warnings": found.warnings, "run": found.run.provenance}
         write_json(folder / "details.json", details)
         if not options.no_plots:
-            from linkages.show.plots.linear_figures import tornado_figure
+            from linkages.show.plots.sensitivity_figures import matrix_figure
             from linkages.show.plots.style import write_figure
 
-            write_figure(tornado_figure(found), folder / "tornado")
+            write_figure(matrix_figure(found), folder / "matrix")
         table, title = format_sensitivities(found, system), system.description.heading
         question = f"How do the peaks change with {listed(options.wrt)}?"
         record(options, folder, title, question, _answer(found), table)

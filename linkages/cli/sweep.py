@@ -126,6 +126,7 @@ def parse_range(text: str, system: System) -> tuple[str, list[float]]:
 def _draw(result: Sweep, units: dict[str, str], mechanism: Mechanism, path: Path) -> None:
     """Draw small panels of the peaks where every motion repeats in each revolution, else the bifurcation diagram."""
     from linkages.show.plots.attractors import bifurcation_figure
+    from linkages.show.plots.names import name_of_value
     from linkages.show.plots.style import axis_label, engineering, write_figure
     from linkages.show.plots.swept import peaks_figure
 
@@ -133,7 +134,8 @@ def _draw(result: Sweep, units: dict[str, str], mechanism: Mechanism, path: Path
         figure = peaks_figure(result, units, mechanism)
     else:
         shown, factor = engineering(result.unit, max(abs(point.value) for point in result.points))
-        figure = bifurcation_figure(result, units, axis_label(result.path, shown), scale=factor, mechanism=mechanism)
+        label = axis_label(name_of_value(result.path), shown)
+        figure = bifurcation_figure(result, units, label, scale=factor, mechanism=mechanism)
     write_figure(figure, path)
 
 

@@ -7,6 +7,7 @@
 | tolerance_figures | histograms, influence, contributions of tolerances                 |
 | export            | a store as text, CSV or Parquet                                    |
 | observe           | progress bar and convergence while an algorithm runs               |
-| figures           | convergence, Pareto front, Sobol's indices, one variable at a time |
+| figures           | convergence, Pareto front                                          |
+| sensitivity_figures | Sobol's indices, one variable at a time                          |
 | identification    | fits, correlations, windows and profiles of an identification      |
 """
