@@ -18,7 +18,7 @@ from linkages.base.palette import IDEAL, IDEAL_LINE, INK
 from linkages.input.files.writing import whole
 from linkages.show.plots.panels import legend_below, make_panels, say
 from linkages.show.plots.quantities import change, quantity
-from linkages.show.plots.style import COLORS, figure_style, save_figure, typeset
+from linkages.show.plots.style import COLORS, axis_label, engineering, figure_style, save_figure, typeset
 from optim.algorithms import pareto
 from optim.algorithms.nlp import Values
 from optim.evaluate.limits import FEASIBLE

@@ -81,7 +81,7 @@ def say(figure: Figure, *sentences: str) -> None:
 
     size = float(mpl.rcParams["font.size"])
     letters = max(int(72.0 * figure_width() / (_LETTER[0] * size)), 20)
-    lines = [line for one in sentences for line in textwrap.wrap(one, letters)]
+    lines = [line for one in sentences for line in textwrap.wrap(one.replace(" %", "\u00a0%"), letters)]
     if lines:
         look: dict[str, Any] = {"ha": "left", "fontweight": "bold", "fontsize": size}
         figure.suptitle("\n".join(lines), x=0.01, **look)

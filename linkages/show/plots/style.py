@@ -114,11 +114,6 @@ def resize(figure: Figure) -> None:
         figure.set_size_inches(asked[0], max(asked[1] or asked[0] * height / width, getattr(figure, _LEAST, 0.0)))
 
 
-def one_column(figure: Figure) -> bool:
-    """Check whether a figure is drawn for one column of a page, which has room for the essential alone."""
-    return bool((presentation().size or figure.get_size_inches())[0] < COLUMN)
-
-
 def needs_height(figure: Figure, least: float) -> None:
     """Give a figure at least a height [in at 9 pt], however small it is asked to be; its texts would overlap else."""
     import matplotlib as mpl
