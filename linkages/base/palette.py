@@ -18,7 +18,7 @@ ACCENT, GOOD = "#005A9C", "#00664D"
 MARK = "#7A3E9D"  # of points whose motion is asked for, and of their paths
 #: Of links in their order, and of curves that belong to no link.
 LINKS = ("#0072B2", "#009E73", "#E69F00", "#56B4E9", "#6A51A3", "#8B6F47")
-LARGER, SMALLER = LINKS[0], LINKS[2]  # of signed values in the cells of tables; see `shade`
+LARGER, SMALLER = LINKS[3], LINKS[2]  # of signed values in cells, whose text has the sign, too; see `shade`
 SCALE, LATER = "viridis", "viridis_r"  # colour maps of fields, and of curves in the order of time
 PINS = ("#7A3E9D", "#A34A00", "#00705A", "#A3285F")  # of the live page's pinned runs
 

@@ -64,23 +64,14 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.style import write_figure
 
             write_figure(matrix_figure(found), folder / "matrix")
+        from linkages.show.plots.sensitivity_figures import strongest
+        from linkages.show.report.tables import matrix
+
         table, title = format_sensitivities(found, system), system.description.heading
         question = f"How do the peaks change with {listed(options.wrt)}?"
-        record(options, folder, title, question, _answer(found), table)
+        record(options, folder, title, question, [f"{one}." for one in strongest(found)], table, matrix(found))
     print_results(options, table, out)
     return 0
-
-
-def _answer(found: Sensitivities) -> list[str]:
-    """Tell for each peak the value that changes it most; only derivatives that predict a change of 1 % are compared."""
-    said = []
-    for key in found.times:
-        shares = {path: share for path in found.values if (share := found.per_cent(path, key)) is not None}
-        if shares:
-            path = max(shares, key=lambda path: abs(shares[path]))
-            others = "other values" if len(shares) == len(found.values) else "others that derivatives predict"
-            said.append(f"{path} larger by 1 % changes {key} by {100.0 * shares[path]:+.3g} %, more than {others}.")
-    return said or ["No derivative predicts the change of a peak with 1 % of a value."]
 
 
 def format_sensitivities(found: Sensitivities, system: System) -> str:

@@ -107,9 +107,11 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
             from optim.report.identification import write_identification
 
             write_identification(found, folder, presentation().format)
+        from optim.report.tables import identified
+
         table = format_identification(found)
         question = "Which values explain the measurements, and how certain are they?"
-        record(options, folder, found["title"], question, _answer(found), table)
+        record(options, folder, found["title"], question, _answer(found), table, *identified(found)[::-1])
     print_results(options, table, out)
     return 0
 

@@ -88,8 +88,12 @@ def _sensitivity(options: argparse.Namespace) -> int:
             write_indices(study, report, folder / f"sobol.{presentation().format}")
             write_one_at_a_time(study, report, folder / f"one_at_a_time.{presentation().format}")
         question = "Which variables change the objectives and constraints over their bounds?"
+        from optim.report.tables import explained
+
         table = format_sensitivity(study, report)
-        record(options, folder, report["title"], question, _answer(study, report), table)
+        record(
+            options, folder, report["title"], question, _answer(study, report), table, *explained(study, report)[::-1]
+        )
     print_results(options, table, out)
     return 0
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -93,7 +94,7 @@ def _correlation(found: IdentificationResult) -> Figure:
     for (i, k), value in np.ndenumerate(matrix):
         color = shade(0.0 if np.isnan(value) else float(value))
         ax.add_patch(Rectangle((k, i), 1.0, 1.0, fc=color, ec=LINE, lw=0.4))
-        look = {"ha": "center", "va": "center", "color": written_on(color), "fontsize": small_text()}
+        look: dict[str, Any] = {"ha": "center", "va": "center", "color": written_on(color), "fontsize": small_text()}
         ax.text(k + 0.5, i + 0.5, "-" if np.isnan(value) else number(float(value), 2), **look)
     middles = np.arange(len(names)) + 0.5
     ax.set(xlim=(0.0, len(names)), ylim=(len(names), 0.0))
@@ -120,7 +121,7 @@ def _windows(found: IdentificationResult) -> Figure:
     ax.plot(ends, mean, "o-", color=COLORS[0])
     ax.set(xscale="log", xlabel="end of the window [s]", ylabel="chi-square of a sample [1]")
     for x, y, count in zip(ends, mean, runs, strict=True):
-        look = {"textcoords": "offset points", "fontsize": small_text(), "ha": "center"}
+        look: dict[str, Any] = {"textcoords": "offset points", "fontsize": small_text(), "ha": "center"}
         ax.annotate(f"{count:.0f} runs", (x, y), (0, 5), **look)
     ax.margins(0.12)
     end = quantity(float(ends[-1]), "s", 3)

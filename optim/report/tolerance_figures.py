@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -114,7 +115,14 @@ def _influence(study: Study, quantities: Quantities, sample: Sample) -> Figure:
     scaled = {k: _scaled(study, k, sample.designs[:, k]) for k in (i, j)}
     for meets, color, text in ((True, _GOOD, "meets all limits"), (False, _BAD, "does not")):
         rows = np.flatnonzero(sample.good[:_SHOWN] == meets)
-        look = {"s": 8, "color": color, "alpha": 0.6, "label": text, "lw": 0, "marker": "o" if meets else "^"}
+        look: dict[str, Any] = {
+            "s": 8,
+            "color": color,
+            "alpha": 0.6,
+            "label": text,
+            "lw": 0,
+            "marker": "o" if meets else "^",
+        }
         ax.scatter(scaled[i][0][rows], scaled[j][0][rows], **look)
     ax.set(xlabel=scaled[i][1], ylabel=scaled[j][1])
     ax.locator_params(nbins=5)

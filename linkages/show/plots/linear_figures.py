@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
@@ -75,7 +78,14 @@ def _draw_arrows(axis: Axes, line: ModeLine, k: int, factor: float, scale: float
     """Draw the displacements of points of a link that stretches."""
     some = np.unique(np.linspace(0, len(line.places) - 1, _ARROWS).round().astype(int))
     start, way = factor * line.places[some], factor * scale * line.ways[k][some]
-    sizes = {"scale": 1.0, "scale_units": "xy", "angles": "xy", "width": 0.012, "headwidth": 3.5, "headlength": 4.0}
+    sizes: dict[str, Any] = {
+        "scale": 1.0,
+        "scale_units": "xy",
+        "angles": "xy",
+        "width": 0.012,
+        "headwidth": 3.5,
+        "headlength": 4.0,
+    }
     axis.quiver(*start.T, *way.T, color=SOFT, zorder=3, **sizes)
 
 
@@ -139,7 +149,7 @@ def bode_figure(model: StateSpace, frequencies: Array, response: NDArray[np.comp
         grid = figure.add_gridspec(max(rows, 1), columns)
         for k, (i, j) in enumerate(told):
             cell = grid[k // columns, k % columns].subgridspec(2, 1, height_ratios=(3, 2))
-            upper, lower = (figure.add_subplot(one) for one in cell)
+            upper, lower = (figure.add_subplot(cell[row]) for row in (0, 1))
             unit = f"{_factor(model.units[model.outputs[i]])}/{_factor(model.units[model.inputs[j]])}"
             _draw_response(upper, lower, frequencies, response[i, j])
             title = f"{name_of_output(model.outputs[i])} / {name_of_output(model.inputs[j])}"
@@ -167,6 +177,11 @@ def _silent(model: StateSpace, pairs: list[tuple[int, int]]) -> list[str]:
 def _draw_response(upper: Axes, lower: Axes, frequencies: Array, values: NDArray[np.complex128]) -> None:
     """Draw a response, its phase within half a turn at the lowest frequency."""
     upper.loglog(frequencies, np.abs(values), color=COLORS[0])
+    low, high = upper.get_ylim()
+    if high < 100.0 * low:  # else matplotlib writes many digits beside the decade
+        upper.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        upper.yaxis.set_major_formatter(FuncFormatter(lambda value, _: number(value, 2)))
+    upper.yaxis.set_minor_formatter(NullFormatter())
     phase = np.degrees(np.unwrap(np.angle(values)))
     lower.semilogx(frequencies, phase - 360.0 * np.round(phase[0] / 360.0), color=COLORS[0])
     lower.sharex(upper)

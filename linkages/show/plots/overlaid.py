@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -54,7 +55,10 @@ def overlay_figure(runs: Mapping[str, Trajectory], names: Sequence[str]) -> Figu
             unit, factor = readable(next(iter(found.values())).units.get(name, ""), float(np.abs(values).max()))
             for k, (label, run) in enumerate(runs.items()):
                 if label in found:
-                    look = {"color": COLORS[k % len(COLORS)], "ls": LINES[k // len(COLORS) % len(LINES)]}
+                    look: dict[str, Any] = {
+                        "color": COLORS[k % len(COLORS)],
+                        "ls": LINES[k // len(COLORS) % len(LINES)],
+                    }
                     axis.plot(run.time, factor * run[name], lw=1.0, label=label, **look)
             axis.set_ylabel(axis_label(textwrap.fill(name_of_output(name), _LETTERS), unit))
         say(figure, *_largest(runs, names))

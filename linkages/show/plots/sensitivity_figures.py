@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -91,7 +91,7 @@ def _draw(axis: Axes, table: Matrix, part: range, largest: float, most: int) -> 
         share = float(table.changes[row, part[column]])
         color = shade(_size(share, largest))
         axis.add_patch(Rectangle((column, row), 1.0, 1.0, fc=color, ec=LINE, lw=GRID_LINE))
-        look = {"ha": "center", "va": "center", "fontsize": small_text(), "color": written_on(color)}
+        look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": small_text(), "color": written_on(color)}
         axis.text(column + 0.5, row + 0.5, cell(share), **look)
     few = len(part) <= _FLAT[narrow()]
     heads = [textwrap.fill(table.columns[k], _LETTERS[0] - 6 * few) for k in part]

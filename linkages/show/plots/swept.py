@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ from linkages.input.model.skeleton import colors_of
 from linkages.show.plots.names import name_of_output, name_of_value
 from linkages.show.plots.panels import legend_below, make_panels, say
 from linkages.show.plots.quantities import quantity
-from linkages.show.plots.style import axis_label, color_for, engineering, figure_style
+from linkages.show.plots.style import axis_label, color_for, engineering, figure_style, small_text
 
 if TYPE_CHECKING:
     from linkages.explore.grid import Grid
@@ -34,6 +35,7 @@ _FLAT = 1e-9  # relative range of peaks below which a map has no contours
 _SMOOTH = 12  # values of both variables from which a map has contours
 _RATIO = 5.0  # largest over smallest value above which colours are logarithmic
 _COLUMNS, _ROWS = 10, 14  # most cells in which values are written
+_LETTERS = 22  # of a line of a label
 _HEIGHT = 2.2  # of a panel of peaks [in at 9 pt]
 
 
@@ -57,7 +59,8 @@ def peaks_figure(sweep: Sweep, units: Mapping[str, str], mechanism: Mechanism | 
             y = np.array([point.mean_peak(name) for point in sweep.points])
             unit, factor = engineering(units[name], _largest(y))
             axis.plot(x, factor * y, ".-", color=color_for(colors, name), ms=4)
-            axis.set(xlabel=label, ylabel=axis_label(f"peak of the\n{name_of_output(name)}", unit))
+            told = textwrap.fill(f"peak of the {name_of_output(name)}", _LETTERS)
+            axis.set(xlabel=label, ylabel=axis_label(told, unit))
             axis.ticklabel_format(useOffset=False)
         say(figure, *extremes(sweep, units))
         return figure
@@ -153,7 +156,7 @@ def _contours(axis: Axes, x: Array, y: Array, z: Any, limit: float | None, shown
     low, size = np.array([x.min(), y.min()]), np.array([np.ptp(x), np.ptp(y)])
     middles = [_middle((max(parts, key=len) - low) / size) for parts in lines.allsegs if any(map(len, parts))]
     places = [low + size * at for at in middles if np.abs(at - 0.5).max() < _INSIDE]
-    for text in axis.clabel(lines, fontsize="small", manual=places):
+    for text in axis.clabel(lines, fontsize=small_text(), manual=places):
         text.set_path_effects([withStroke(linewidth=1.5, foreground=SOFT)])
     if limit is None or not z.min() < limit < z.max():
         return []
@@ -168,7 +171,7 @@ def _values(axis: Axes, x: Array, y: Array, z: Any, mesh: QuadMesh) -> None:
     for (row, column), value in np.ndenumerate(z):
         if value is not np.ma.masked:
             cell = to_hex(np.asarray(mesh.to_rgba(value)).tolist())
-            look: dict[str, Any] = {"color": written_on(cell), "ha": "center", "va": "center", "fontsize": "small"}
+            look: dict[str, Any] = {"color": written_on(cell), "ha": "center", "va": "center", "fontsize": small_text()}
             text = axis.text(float(x[column]), float(y[row]), f"{value:.3g}", **look)
             text.set_path_effects([withStroke(linewidth=3.0, foreground=cell)])  # readable on a hatching
 

@@ -141,7 +141,7 @@ class _View:
         size = float(np.hypot(*force))
         if size > 0.0 and self.largest > 0.0:
             way = _ARROW * np.sqrt(size / self.largest) * force / size
-            head = {"width": 0.05, "head_width": 0.2, "head_length": 0.2, "length_includes_head": True}
+            head: dict[str, Any] = {"width": 0.05, "head_width": 0.2, "head_length": 0.2, "length_includes_head": True}
             artists.append(FancyArrow(*start, *way, color=PLAY, lw=0.0, zorder=4, **head))
         for one in artists:
             self.axis.add_artist(one)

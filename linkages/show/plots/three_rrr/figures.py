@@ -100,7 +100,7 @@ def _path(results: RobotResults) -> Figure:
 def _frequencies(results: RobotResults) -> Figure:
     figure, (axis, loose) = make_panels(2, 2.5, 1, sharex=True)
     for n, values in enumerate(results.tracked.T):
-        style = {"color": COLORS[n], "ls": LINES[n], "label": f"mode {n + 1}"}
+        style: dict[str, Any] = {"color": COLORS[n], "ls": LINES[n], "label": f"mode {n + 1}"}
         axis.plot(results.motion.time, values, lw=1.4, **style)
     for n, values in enumerate(results.free[:, 3:].T):
         loose.plot(results.motion.time, values, lw=1.4, color=COLORS[n], label=f"mode {n + 4}")
@@ -235,8 +235,8 @@ def _map(results: RobotResults) -> Figure:
     found = drive_map(results.robot.geometry, float(results.robot.phi0[2]))
     degrees = np.rad2deg(found.angles)
     figure, axes = make_panels(3, 2.9, 3, 1, sharey=True)
-    counts = {"cmap": _COUNTS, "norm": BoundaryNorm([-1, 1, 3, 5, 7], 4)}
-    nearness = {"cmap": SCALE, "vmin": 0.0}
+    counts: dict[str, Any] = {"cmap": _COUNTS, "norm": BoundaryNorm([-1, 1, 3, 5, 7], 4)}
+    nearness: dict[str, Any] = {"cmap": SCALE, "vmin": 0.0}
     start = np.rad2deg(np.angle(np.exp(1j * results.robot.phi0)))
     turns = [-180, -90, 0, 90, 180]
     for axis, values, label, colors, ticks in (
