@@ -37,4 +37,4 @@ from .search.tolerance_result import ToleranceResult as ToleranceResult
 from .search.tolerances import tolerances as tolerances
 from .search.verification import format_verification as format_verification, verify as verify
 from .store.store import Store as Store, read_store as read_store
-from .report.sensitivity_figures import write_indices as write_indices, write_one_at_a_time as write_one_at_a_time
+from .report.shares import write_indices as write_indices, write_one_at_a_time as write_one_at_a_time

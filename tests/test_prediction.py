@@ -103,7 +103,7 @@ def test_a_cell_of_the_matrix_without_a_statement_is_blank():
 
     from linkages.base.palette import LARGER, PAPER
     from linkages.explore.sensitivity import Sensitivities
-    from linkages.show.plots.sensitivity_figures import matrix_figure
+    from linkages.show.plots.matrix import matrix_figure
 
     system = linkages.load(linkages.find_file(DRY[0]), {"duration": 1e-4})
     key, derivatives = "B.force.peak", {CLEARANCE: {"B.force.peak": 5.0}}

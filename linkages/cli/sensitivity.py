@@ -60,11 +60,11 @@ def run(options: argparse.Namespace) -> int:
         details |= {"differences": found.checks, "warnings": found.warnings, "run": found.run.provenance}
         write_json(folder / "details.json", details)
         if not options.no_plots:
-            from linkages.show.plots.sensitivity_figures import matrix_figure
+            from linkages.show.plots.matrix import matrix_figure
             from linkages.show.plots.style import write_figure
 
             write_figure(matrix_figure(found), folder / "matrix")
-        from linkages.show.plots.sensitivity_figures import strongest
+        from linkages.show.plots.changes import strongest
         from linkages.show.report.tables import matrix
 
         table, title = format_sensitivities(found, system), system.description.heading

@@ -83,7 +83,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
         report = sensitivity(study, options.samples, seed, Evaluator(study, threads=options.threads))
         write_json(folder / "sensitivity.json", report)
         if not options.no_plots:
-            from optim.report.sensitivity_figures import write_indices, write_one_at_a_time
+            from optim.report.shares import write_indices, write_one_at_a_time
 
             write_indices(study, report, folder / f"sobol.{presentation().format}")
             write_one_at_a_time(study, report, folder / f"one_at_a_time.{presentation().format}")

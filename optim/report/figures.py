@@ -186,7 +186,7 @@ def label_of(study: Study, name: str) -> str:
 
 def scaled_label(study: Study, name: str, values: Array) -> tuple[str, float]:
     """Return the label of a quantity in a unit that suits its values, and their factor."""
-    unit = unit_of(study, name)
+    unit = study.unit(name)
     finite = np.abs(values[np.isfinite(values)])
     readable, factor = engineering(unit, float(finite.max(initial=0.0)))
     return axis_label(name, readable), factor
@@ -194,12 +194,7 @@ def scaled_label(study: Study, name: str, values: Array) -> tuple[str, float]:
 
 def value_said(study: Study, name: str, value: float) -> str:
     """Write a value of a quantity with its readable unit."""
-    return quantity(float(value), unit_of(study, name))
-
-
-def unit_of(study: Study, name: str) -> str:
-    """Return the unit of an objective or constraint in its file; empty for a pure number."""
-    return study.label(name).partition(" [")[2].removesuffix("]")
+    return quantity(float(value), study.unit(name))
 
 
 def _objectives(entries: Sequence[Design], names: Sequence[str]) -> Array:

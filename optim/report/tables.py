@@ -10,7 +10,6 @@ from linkages.show.plots.quantities import change, number, share, uncertain
 from linkages.show.report.tables import PageTable, measured
 from optim.identify.result import IdentificationResult
 from optim.problem.study import Study
-from optim.report.figures import unit_of
 from optim.search.result import StudyResult
 from optim.search.tolerance_result import QuantityStatistics, ToleranceResult
 
@@ -36,7 +35,7 @@ def optimised(study: Study, result: StudyResult) -> tuple[Tiles, list[PageTable]
     for kind in ("objectives", "constraints"):
         lines = []
         for name, value in best[kind].items():
-            before, unit = nominal[kind][name], unit_of(study, name)
+            before, unit = nominal[kind][name], study.unit(name)
             told = "" if value is None or before is None else change(value, before, "nominal")
             lines.append((name, measured(before, unit), measured(value, unit), told or "-"))
             if kind == "objectives":
@@ -45,7 +44,7 @@ def optimised(study: Study, result: StudyResult) -> tuple[Tiles, list[PageTable]
             tables.append(PageTable(sentence(kind), (kind[:-1], "nominal", which, "change"), lines, frozenset({0, 3})))
     if result.designs:
         known = [
-            (name, *(measured(one.objectives[key], unit_of(study, key)) for key in best.objectives))
+            (name, *(measured(one.objectives[key], study.unit(key)) for key in best.objectives))
             for name, one in result.designs.items()
         ]
         tables.append(PageTable("Reference designs", ("design", *best.objectives), known))
@@ -90,7 +89,7 @@ def tolerated(study: Study, result: ToleranceResult) -> tuple[Tiles, list[PageTa
     low, high = (share(one) for one in found["interval"])
     tiles = [(share(found["value"]), f"of {result['samples']:,} machines meet all limits ({low} to {high})")]
     outputs = {name: one for name, one in result["outputs"].items() if one.mean is not None}
-    rows = [(name, *_moments(one, unit_of(study, name)), _limits(result, name, one)) for name, one in outputs.items()]
+    rows = [(name, *_moments(one, study.unit(name)), _limits(result, name, one)) for name, one in outputs.items()]
     head = ("quantity", "mean", "deviation", "90 % of the machines", "beyond its limit")
     tables = [PageTable("Quantities", head, rows)]
     known = {name: one.variance.of_values for name, one in outputs.items() if one.variance is not None}

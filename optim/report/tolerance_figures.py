@@ -18,7 +18,7 @@ from linkages.show.plots.quantities import number
 from linkages.show.plots.style import COLORS, axis_label, engineering
 from optim.problem.study import Array, Study
 from optim.report.figures import scaled_label, write
-from optim.report.sensitivity_figures import draw_shares, style_shares
+from optim.report.shares import draw_shares, style_shares
 from optim.search.sampled_machines import Sample
 from optim.search.tolerance_result import QuantityStatistics, ToleranceResult
 

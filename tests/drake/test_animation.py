@@ -18,10 +18,10 @@ from shipped import shipped
 from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, find_file, load
 from linkages.engines.drake.plant import visuals
 from linkages.show.plots.animation.bounds import bounds
-from linkages.show.plots.animation.instants import guide_frames, journal_frames, strongest
 from linkages.show.plots.animation.recording import add_captions, frames, write_recording
 from linkages.show.plots.animation.surroundings import Surroundings
 from linkages.show.plots.histories import forces_figure
+from linkages.show.plots.instants import guide_frames, journal_frames, strongest
 from linkages.show.plots.journals import guides_figure
 from linkages.show.plots.style import engineering
 from linkages.system.rigid_segments import segmented

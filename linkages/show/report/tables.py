@@ -50,7 +50,7 @@ def measured(value: float | None, si: str, digits: int = 4) -> str:
 
 def matrix(found: Sensitivities) -> list[PageTable]:
     """Tabulate the changes of all peaks with 1 % of each value."""
-    from linkages.show.plots.sensitivity_figures import cell, matrix_of
+    from linkages.show.plots.changes import cell, matrix_of
 
     table = matrix_of(found)
     rows = [

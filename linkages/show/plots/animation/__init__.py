@@ -9,7 +9,6 @@ Without Drake the drawing of `linkages.show.plots.drawing` moves instead.
 | recording    | `write_recording`: plant, camera, one pose for each frame, captions       |
 | bounds       | corners of all shapes over the motion                                     |
 | surroundings | hatched ground, rails, a scale, the paths of points                       |
-| instants     | which instant a frame shows, and the motion of journals and blocks at it  |
 | magnified    | common part of the magnified views: positions in the scene, arrows, spots |
 | joint_views  | journals in their bearings, blocks in their slots                         |
 """

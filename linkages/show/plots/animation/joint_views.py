@@ -16,8 +16,8 @@ from pydrake.geometry import Cylinder, Rgba
 from linkages.base.arrays import Array
 from linkages.input.files.magnitudes import rounded
 from linkages.results.assessment import Assessment
-from linkages.show.plots.animation.instants import GAP, HEIGHT, LENGTH, guide_frames, journal_frames
 from linkages.show.plots.animation.magnified import BODY, DARK, FLOOR, WALL, MagnifiedView
+from linkages.show.plots.instants import GAP, HEIGHT, LENGTH, guide_frames, journal_frames
 from linkages.system.tree import CORNERS
 
 _RING = 0.16  # drawn thickness of the bearing over the view's radius

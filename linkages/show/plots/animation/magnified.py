@@ -14,7 +14,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from linkages.base.arrays import Array
 from linkages.input.files.magnitudes import rounded
 from linkages.results.assessment import Assessment
-from linkages.show.plots.animation.instants import GAP
+from linkages.show.plots.instants import GAP
 from linkages.system.joints import SystemJoint
 
 REACH = 1.3  # length of the longest arrow over the view's radius

@@ -14,10 +14,10 @@ from linkages.base.palette import DATA_LINE, INK, LINE, PAPER, PLAY, SOFT
 from linkages.results.extremes import peaks
 from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Trajectory, values_at
-from linkages.show.plots.animation.instants import GAP, HEIGHT, LENGTH, guide_frames, journal_frames
 from linkages.show.plots.drawing.drawing import Drawing
 from linkages.show.plots.drawing.poses import body_poses
 from linkages.show.plots.drawing.raster import put_shapes
+from linkages.show.plots.instants import GAP, HEIGHT, LENGTH, guide_frames, journal_frames
 from linkages.show.plots.names import name_of_output, sentence
 from linkages.show.plots.quantities import number, quantity
 from linkages.show.plots.shown import ShownFigure
