@@ -18,8 +18,8 @@ COMMANDS = {
     "mixed press": (f"simulate seven_bar_mixed.toml {SHORT} 0.02", 6, False),
     "five-bar": (f"simulate five_bar_dry.toml {SHORT} 0.02", 4, False),
     "guide": (f"simulate slider_crank_guide.toml {SHORT} 0.03", 6, False),
-    "flexible link": (f"simulate slider_crank_flexible.toml {SHORT} 0.02", 6, True),
-    "gears": (f"simulate gear_rattle.toml {SHORT} 0.03", 3, True),
+    "flexible link": (f"simulate slider_crank_flexible.toml {SHORT} 0.02", 6, False),
+    "gears": (f"simulate gear_rattle.toml {SHORT} 0.03", 3, False),
     "motor": (f"simulate slider_crank_motor.toml {SHORT} 0.05", 5, False),
     "robot with clearances": (f"simulate three_rrr_clearance.toml {SHORT} 0.01", 6, False),
     "sensitivity": (
@@ -43,7 +43,7 @@ COMMANDS = {
 QUICK = [name for name, (_, _, quick) in COMMANDS.items() if quick]
 
 
-@pytest.mark.parametrize("size", ["85mm", "160mm"])
+@pytest.mark.parametrize("size", ["85mm", pytest.param("160mm", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in COMMANDS]
 )

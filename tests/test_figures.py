@@ -125,8 +125,8 @@ def test_the_figures_of_a_sweep_and_of_a_life(drawn, tmp_path):
     assert diagram.bbox.height > 2.0 * drawn["sweep.png"].bbox.height
     for file, figure in drawn.items():
         check(figure, file)
-    legend = [text.get_text() for text in drawn["wear_history.png"].axes[2].get_legend().get_texts()]
-    assert all(re.search(r"\([\d.e+-]+ (N|N m|m)\)$", text) for text in legend), legend
+    legend = [text.get_text() for text in drawn["wear_history.png"].legends[0].get_texts()]
+    assert all(re.search(r", new [\d.e+-]+ (k?N|N m|[mµ]m)$", text) for text in legend), legend
 
 
 def test_the_figures_of_a_study(drawn, tmp_path):
@@ -153,7 +153,7 @@ def test_the_front_of_two_objectives_fits_its_figure(drawn, tmp_path):
     result = optim.StudyResult.model_construct(front=[entry], best=entry, nominal=entry, designs={})
     optim.write_pareto_front(study, result, tmp_path / "front.png")
     (figure,) = drawn.values()
-    assert figure.get_suptitle().startswith("1 design on the front; the knee: ")
+    assert figure.get_suptitle().startswith("1 design on the front; the compromise: ")
     _check_texts(figure, study.title)
 
 

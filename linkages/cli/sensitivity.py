@@ -65,11 +65,20 @@ def run(options: argparse.Namespace) -> int:
 
             write_figure(matrix_figure(found), folder / "matrix")
         from linkages.show.plots.changes import strongest
+        from linkages.show.plots.names import name_of_value
         from linkages.show.report.tables import matrix
 
         table, title = format_sensitivities(found, system), system.description.heading
-        question = f"How do the peaks change with {listed(options.wrt)}?"
-        record(options, folder, title, question, [f"{one}." for one in strongest(found)], table, matrix(found))
+        question = f"How do the peaks change with the {listed(map(name_of_value, options.wrt))}?"
+        record(
+            options,
+            folder,
+            title,
+            question,
+            [f"{one}." for one in strongest(found)],
+            table,
+            matrix(found, system.value_unit),
+        )
     print_results(options, table, out)
     return 0
 

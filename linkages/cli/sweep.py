@@ -97,10 +97,14 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
             _draw(result, units, system.mechanism, folder / "sweep")
+        from linkages.show.plots.names import name_of_output, name_of_value
+        from linkages.show.plots.quantities import quantity
         from linkages.show.report.tables import sweep as peaks_of
 
         table, title = format_sweep(result, units), system.description.heading
-        question = f"How do the peaks of {listed(names)} change with {path} from {values[0]:.5g} to {values[-1]:.5g}?"
+        ends = f"from {quantity(values[0], result.unit)} to {quantity(values[-1], result.unit)}"
+        outputs = listed(name_of_output(name) for name in names)
+        question = f"How do the peaks of the {outputs} change with the {name_of_value(path)} {ends}?"
         record(options, folder, title, question, _answer(result, units), table, [peaks_of(result, units, statistics)])
     print_results(options, table, out)
     failed = [point for point in result.points if point.status not in (Status.OK, Status.INTERRUPTED)]

@@ -48,7 +48,7 @@ class Record(Entry):
     table: str
     words: list[str]
     versions: dict[str, str]
-    tiles: list[tuple[str, str]] = Field(default=[])
+    tiles: list[list[str]] = Field(default=[])
     tables: list[RecordTable] = Field(default=[])
 
 

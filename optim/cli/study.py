@@ -100,14 +100,18 @@ def _sensitivity(options: argparse.Namespace) -> int:
 
 def _answer(study: Study, report: dict[str, Any]) -> list[str]:
     """Tell for each quantity the variable with the largest share of the variance, or that it does not vary."""
+    from linkages.show.plots.names import name_of_value
+    from linkages.show.plots.quantities import share
+
     said = []
     for name, entry in report["quantities"].items():
         shares = {path: one["total"] for path, one in entry["variables"].items() if one["total"] is not None}
         if not shares:
-            said.append(f"{study.label(name)} does not vary over the bounds.")
+            said.append(f"{name} does not vary over the bounds.")
             continue
         path = max(shares, key=shares.__getitem__)
         said.append(
-            f"{study.label(name)} depends most on {path}: {shares[path]:.0%} of the variance, with interactions."
+            f"{name} depends most on the {name_of_value(path)}: {share(min(shares[path], 1.0))} of the variance,"
+            " with interactions."
         )
     return said

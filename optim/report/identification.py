@@ -75,7 +75,7 @@ def _fit(found: IdentificationResult) -> Figure:
         unit, factor = engineering(curve["unit"], float(np.abs(measured).max(initial=0.0)))
         left.plot(time, factor * measured, ".", color=MEASURED, ms=2.0, label="measured")
         left.plot(time, factor * computed, color=COLORS[0], lw=1.0, label="computed")
-        left.set(ylabel=axis_label(textwrap.fill(name, _NAME), unit), xlabel="time of the file [s]")
+        left.set(ylabel=axis_label(textwrap.fill(name, _NAME), unit, "\n"), xlabel="time of the file [s]")
         residual = measured - computed
         unit, factor = engineering(curve["unit"], float(np.abs(residual).max(initial=0.0)))
         right.plot(time, factor * residual, ".", color=INK, ms=2.0)

@@ -164,13 +164,13 @@ def _compare(
     told = {name: headline(assessment, name, label, errors.get(name, 0.0)) for name, label in labels.items()}
     both = [name for name in labels if told[name].difference and not small]
     heights = [height for name in labels for height in ((1, 2) if told[name].alike else (3, 1))[: 1 + (name in both)]]
-    axes = stacked_axes(figure, heights, _GAP + small * _SECOND, _LEFT)
+    second = small or any(one.is_long for one in told.values())
+    axes = stacked_axes(figure, heights, _GAP + second * _SECOND, _LEFT)
     panels = iter(axes)
     for name in labels:
         top, one = next(panels), told[name]
         _draw_both(assessment, top, name, errors.get(name, 0.0), small)
-        answer, note = one.short if small else (one.answer, "")
-        write_answer(top, answer, note, small)
+        write_answer(top, *(one.short if small else one.broken), second)
         if name in both:
             bottom = next(panels)
             late = _draw_difference(assessment, bottom, name, errors.get(name, 0.0))

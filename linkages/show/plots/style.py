@@ -74,6 +74,8 @@ COLUMN = 100.0 / 25.4  # width of figures below which they have one column of a 
 _LEAST = "least_height"  # attribute of a figure [in]
 _WIDE = 1.25  # of a figure, in parts of its margins: those of smaller ones shrink
 _SMALL = math.radians(0.1)  # smaller angles are shown in mrad or less [rad]
+_TINY = 1e-3  # pure numbers below it are drawn as multiples of a power of ten
+_POWERS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _RAISED = str.maketrans("23", "²³")
 #: Prefixes of units and their factors, the largest first.
 _PREFIXED = {
@@ -215,6 +217,9 @@ def readable(unit: str, largest: float) -> tuple[str, float]:
     """Return unit and factor of values over time as `engineering`, but of angles in degrees."""
     if unit == "rad" and largest >= _SMALL and unit not in presentation().units:
         return "deg", 180.0 / math.pi
+    if unit == "1" and 0.0 < largest < _TINY:
+        power = 3 * math.ceil(-math.log10(largest) / 3.0)
+        return f"10⁻{str(power).translate(_POWERS)}", 10.0**power
     return engineering(unit, largest)
 
 

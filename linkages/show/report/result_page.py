@@ -24,7 +24,7 @@ _HINT = "give the --out folder of a command"
 _LENGTHS = (("volume", 1e9), ("depth", 1e6), ("play", 1e6))
 WEAR_QUESTION = "How do the joints wear over the service life, and what does the wear change?"
 _CAPTIONS = {
-    "drawing": "The mechanism at the start: links, joints, drives and loads.",
+    "drawing": "The mechanism where its joints spread most: links, joints, drives and loads.",
     "wear_history": "Worn volume, depth and clearance; peaks of forces, torques and jitter over the initial peaks.",
     "sweep": "Peaks over the variable; where the motion does not repeat, of each revolution.",
     "branches": "Branches of periodic motions over the variable; unstable ones are dashed.",

@@ -48,8 +48,8 @@ def measured(value: float | None, si: str, digits: int = 4) -> str:
     return "-" if value is None or not math.isfinite(value) else quantity(value, si, digits)
 
 
-def matrix(found: Sensitivities) -> list[PageTable]:
-    """Tabulate the changes of all peaks with 1 % of each value."""
+def matrix(found: Sensitivities, unit_of: Callable[[str], str]) -> list[PageTable]:
+    """Tabulate the changes of all peaks with 1 % of each value, and the values; `unit_of` gives a path's SI unit."""
     from linkages.show.plots.changes import cell, matrix_of
 
     table = matrix_of(found)
@@ -58,8 +58,10 @@ def matrix(found: Sensitivities) -> list[PageTable]:
         for name, line in zip(table.rows, table.changes, strict=True)
     ]
     caption = "Change of peaks with 1 % of each value [%]; -: below 0.01 %, ?: no statement about 1 %"
-    values = [(sentence(name_of_value(path)), path, number(value)) for path, value in found.values.items()]
-    values_table = PageTable("Values", ("value", "path", "now [SI unit]"), values, frozenset({0, 1}))
+    values = [
+        (sentence(name_of_value(path)), path, measured(value, unit_of(path))) for path, value in found.values.items()
+    ]
+    values_table = PageTable("Values", ("value", "path", "now"), values, frozenset({0, 1}))
     return [PageTable(caption, ("", *table.columns), rows), values_table]
 
 
