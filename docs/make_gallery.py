@@ -89,7 +89,7 @@ TILES = {
     "sensitivity": Tile(
         "Which value matters most?",
         "sensitivity slider_crank_lubricated.toml --output B.force --wrt joints.B.clearance joints.B.viscosity",
-        "tornado.png", "sensitivity.md",
+        "matrix.png", "sensitivity.md",
     ),
     "wear": Tile("How does the joint wear?", "wear slider_crank_wear.toml --cycles 2000 --no-animation", "wear_B.png", "wear.md"),
     "identify": Tile(

@@ -70,10 +70,12 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.style import write_figure
 
             write_figure(bode_figure(found, frequencies, response), folder / "bode")
+        from linkages.show.report.tables import linear
+
         table = format_model(result)
         what = f"{listed(result['outputs'])} to {listed(result['inputs'] or ['a disturbed state'])}"
         question = f"How do small motions about the {_where(result)} respond: {what}?"
-        record(options, folder, title, question, _answer(result), table)
+        record(options, folder, title, question, _answer(result), table, linear(result))
     print_results(options, table, out)
     return 0
 

@@ -149,7 +149,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.histories import write_figures
 
             write_figures(result, folder, summary.error)
-            (folder / "drawing.svg").write_text(svg(draw(system)), encoding="utf-8")
+            (folder / "drawing.svg").write_text(svg(draw(system, spread=True)), encoding="utf-8")
         if not options.no_animation:
             silence.stage = "animation"
             _animate(result, folder / "animation.html", options.exaggerate)

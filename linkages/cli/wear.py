@@ -54,11 +54,11 @@ def run(options: argparse.Namespace) -> int:
     with out as folder:
         write_json(folder / "wear.json", found, None)
         if not options.no_plots:
-            from linkages.show.plots.bearings import write_wear_figures
+            from linkages.show.plots.worn import write_wear_figures
 
             write_wear_figures(found, folder)
         if not options.no_animation:
-            from linkages.show.plots.bearings import write_wear_animation
+            from linkages.show.plots.worn import write_wear_animation
 
             write_wear_animation(found, folder / "wear.html")
         from linkages.show.report.result_page import WEAR_QUESTION, wear_answer

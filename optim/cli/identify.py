@@ -107,20 +107,26 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
             from optim.report.identification import write_identification
 
             write_identification(found, folder, presentation().format)
+        from optim.report.tables import identified
+
         table = format_identification(found)
         question = "Which values explain the measurements, and how certain are they?"
-        record(options, folder, found["title"], question, _answer(found), table)
+        record(options, folder, found["title"], question, _answer(found), table, *identified(found)[::-1])
     print_results(options, table, out)
     return 0
 
 
 def _answer(found: IdentificationResult) -> list[str]:
+    from linkages.show.plots.names import name_of_value
+    from linkages.show.plots.quantities import quantity
+
     said = []
-    for name, one in found["parameters"].items():
+    for one in found["parameters"].values():
+        name, si = name_of_value(one["path"]), one["unit"] or "1"
         if one["interval"]:
-            low, high = one["interval"]
-            said.append(f"{name} is {one['value']:.4g} {one['unit']}, in 95 % of cases {low:.4g} to {high:.4g}.")
+            low, high = (quantity(end, si) for end in one["interval"])
+            said.append(f"The {name} is {quantity(one['value'], si)}, in 95 % of cases {low} to {high}.")
         else:
-            said.append(f"{name} is not identifiable from these measurements.")
+            said.append(f"The {name} is not identifiable from these measurements.")
     said.append(f"{found['assumed'][0].upper()}{found['assumed'][1:]}.")
     return said + [f"{warning[0].upper()}{warning[1:]}." for warning in found["warnings"]]

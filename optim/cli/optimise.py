@@ -165,6 +165,7 @@ def _solve(
     from optim.evaluate.evaluator import Evaluator
     from optim.report.observe import Observer
     from optim.report.result import format_result, result_answer
+    from optim.report.tables import optimised
     from optim.search.optimise import optimise
 
     study = job.study
@@ -195,8 +196,11 @@ def _solve(
         write_pareto_front(study, result, job.folder / f"{FRONT}.{presentation().format}")
     table = format_result(study, result)
     question = f"Which design is best: {listed(study.label(name) for name in result.best.objectives)}?"
-    record(options, job.folder, study.title, question, result_answer(study, result), table)
-    show(table + "\n")
+    record(
+        options, job.folder, study.title, question, result_answer(study, result), table, *optimised(study, result)[::-1]
+    )
+    show(table + "
+")
     if options.verify:
         from optim.search.verification import format_verification, verify
 

@@ -44,6 +44,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the machines of a study and judge them; returns the exit status."""
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.load import find_study, load_study
+    from optim.report.tables import tolerated
     from optim.report.tolerance_text import format_tolerances
     from optim.search.sampled_machines import settings_of
     from optim.search.tolerances import sampled
@@ -69,7 +70,8 @@ def run(options: argparse.Namespace) -> int:
     table, shares = format_tolerances(study, result), result["yield"]
     low, high = shares["interval"]
     answer = [f"{shares['value']:.2%} of the machines meet all limits ({low:.2%} to {high:.2%})."]
-    record(options, folder, result["title"], "Which share of the machines meets the limits?", answer, table)
+    question = "Which share of the machines meets the limits?"
+    record(options, folder, result["title"], question, answer, table, *tolerated(study, result)[::-1])
     names = [STORE, RESULT, "record.json"]
     if not options.no_plots:
         from optim.report.tolerance_figures import write_tolerances

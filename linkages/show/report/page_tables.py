@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass
+from collections.abc import Mapping
+from dataclasses import astuple
 from typing import Any
 
 from linkages.elements.element import Element
@@ -20,6 +20,7 @@ from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report import words
 from linkages.show.report.result_folder import Results
+from linkages.show.report.tables import PageTable
 
 _SHOWN = 40  # most contacts in the table
 _FILES = {
@@ -31,16 +32,6 @@ _FILES = {
     "drawing.svg": "the mechanism with labels; linkages draw makes a movable one",
     "animation.html": "the animation on a separate page",
 }
-
-
-@dataclass(frozen=True)
-class PageTable:
-    """A table; the first cell of each row is its name."""
-
-    caption: str
-    head: tuple[str, ...]
-    rows: Sequence[tuple[str, ...]]
-    text: frozenset[int] = frozenset({0})  # indices of columns with words
 
 
 def numbers(results: Results) -> list[PageTable]:

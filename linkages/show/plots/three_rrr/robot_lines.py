@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.base.palette import INK, SOFT
 from linkages.mechanics.flexible.rotation import rotations
 from linkages.show.plots.pages import embedded, filled, own_text
 from linkages.show.plots.style import COLORS
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-OUTLINE = "0.35"
+OUTLINE = SOFT
 _POINTS = 13  # number of drawn points of each element
 _FRAMES = 121
 _SHARE = 0.1  # drawn deflection over the coupler's length
@@ -74,7 +75,7 @@ def draw_pose(
     b, c = pivots(model.geometry, state.phi[index : index + 1], state.x[index : index + 1])
     joints = np.vstack([model.geometry.base, b[0], c[0]])
     axis.plot(*(1e3 * joints.T), "o", color=color, ms=2.5, **style)
-    axis.plot(*(1e3 * model.geometry.base.T), "^", color="0.2", ms=4)
+    axis.plot(*(1e3 * model.geometry.base.T), "^", color=INK, ms=4)
 
 
 def write_animation(results: RobotResults, path: Path) -> Path:
