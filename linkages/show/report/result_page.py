@@ -11,7 +11,7 @@ from urllib.parse import unquote
 from linkages.base.brief import counted
 from linkages.results.file_shapes import Record, WearContent
 from linkages.show.plots.style import typeset
-from linkages.show.report.page import data_uri, report_page, write_page
+from linkages.show.report.page import data_uri, described, report_page, write_page
 from linkages.show.report.page_tables import PageTable, number
 from linkages.show.report.result_folder import PICTURES, read_json, read_page
 
@@ -60,12 +60,18 @@ def write_result_report(folder: Path, path: Path) -> None:
     found = sorted(one for one in folder.iterdir() if one.suffix in PICTURES)
     pictures = {one.stem: one for one in found}.values()  # a figure in two formats is shown once
     text = report_page(
-        "result.html",
-        **{key: record[key] for key in ("title", "question", "answer", "versions")},
-        text=record["table"],
+        title=record["title"],
+        question=record["question"],
+        remarks=record["answer"],
+        text="" if worn else record["table"],
         tables=[_joints(worn), _peaks(worn), _stages(worn)] if worn else [],
         animation=next((page for name in _MOVING if (page := read_page(folder / name)) is not None), None),
-        figures=[{"caption": _caption(one.stem), "source": data_uri(one)} for one in pictures],
+        figures=[
+            {"caption": _caption(one.stem), "source": data_uri(one), "answer": described(one) or _caption(one.stem)}
+            for one in pictures
+        ],
+        no_figures="there are no files in PNG or SVG format.",
+        versions=[("The versions of the packages:", "\n".join(" ".join(one) for one in record["versions"].items()))],
         commands=[shlex.join(["linkages", *words, "--out", out]), shlex.join(["linkages", "report", out])]
         if words
         else [],
