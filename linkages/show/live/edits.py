@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -30,8 +30,8 @@ _NODES = 24  # of a profile of wear
 _BESIDE = 0.02  # radius of a bearing, over the size of a machine without any
 
 
-def parts(system: System, known: Iterable[str]) -> dict[str, list[dict[str, Any]]]:
-    """Return joints and links with the models that they can have, and the known paths of each link's sizes and mass."""
+def parts(system: System) -> dict[str, list[dict[str, Any]]]:
+    """Return joints and links with the models that they can have."""
     joints = [
         {"name": name, "type": joint.type, "driven": joint.has_drive, "models": models_of(joint)}
         | {"model": joint.model}
@@ -39,12 +39,9 @@ def parts(system: System, known: Iterable[str]) -> dict[str, list[dict[str, Any]
     ]
     links = []
     for link, one in system.links.items():
-        frames = [f"sdf.frames.{name}.pose." for name, frame in system.points.items() if frame.link == link]
-        own = (f"links.{link}.", f"sdf.links.{link}.", *frames)
-        paths = [path for path in known if path.startswith(own)]
         models = ("rigid", "flexible") if one.beam or len(_pins(system, link)) == 2 else ("rigid",)
         model = "flexible" if link in system.flexible else "rigid"
-        links.append({"name": link, "model": model, "models": models, "paths": paths})
+        links.append({"name": link, "model": model, "models": models})
     return {"joints": joints, "links": links}
 
 

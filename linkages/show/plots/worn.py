@@ -16,8 +16,8 @@ from linkages.base.errors import listed
 from linkages.base.palette import LATER, SOFT
 from linkages.input.files.magnitudes import rounded
 from linkages.input.files.writing import file_name
+from linkages.show.plots.lines import wear_page
 from linkages.show.plots.names import name_of_output, sentence
-from linkages.show.plots.pages import embedded, filled, own_text
 from linkages.show.plots.panels import legend_below, make_panels, narrow, page, say
 from linkages.show.plots.quantities import number, quantity
 from linkages.show.plots.style import COLORS, figure_style, look, small_text, write_figure
@@ -134,9 +134,8 @@ def write_wear_animation(found: Mapping[str, Any], path: Path) -> None:
         stages = [{side: _depths(block["joints"][name], side, nodes) for side in SIDES} for block in found["blocks"]]
         joints[name] = {key: joint[key] for key in ("depth", "clearance", "radius")} | {"stages": stages}
     life = {"cycles": [block["cycles"] for block in found["blocks"]], "joints": joints}
-    text = own_text("linkages.show.plots", "wear_life.html")
     title = found["title"] or found["experiment"]
-    path.write_text(filled(text, title=title, life=embedded(life)), encoding="utf-8")
+    path.write_text(wear_page(f"{title}: wear", life), encoding="utf-8")
 
 
 def _depths(joint: Mapping[str, Any], side: str, nodes: int) -> list[float]:

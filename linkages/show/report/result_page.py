@@ -68,17 +68,19 @@ def write_result_report(folder: Path, path: Path) -> None:
     found = sorted(one for one in folder.iterdir() if one.suffix in PICTURES)
     pictures = {one.stem: one for one in found}.values()  # a figure in two formats is shown once
     text = report_page(
-        "result.html",
-        **{key: record[key] for key in ("title", "question", "answer", "versions")},
-        text=record["table"],
-        tables=[_joints(worn), _peaks(worn), _stages(worn)] if worn else [page_table(one) for one in record["tables"]],
+        title=record["title"],
+        question=record["question"],
         tiles=record["tiles"],
-        worn=bool(worn),
+        remarks=record["answer"],
+        text="" if worn or record["tables"] else record["table"],
+        tables=[_joints(worn), _peaks(worn), _stages(worn)] if worn else [page_table(one) for one in record["tables"]],
         animation=next((page for name in _MOVING if (page := read_page(folder / name)) is not None), None),
         figures=[
-            {"caption": described(one) or _caption(one.stem), "source": data_uri(one), "about": _caption(one.stem)}
+            {"caption": _caption(one.stem), "source": data_uri(one), "answer": described(one) or _caption(one.stem)}
             for one in pictures
         ],
+        no_figures="there are no files in PNG or SVG format.",
+        versions=[("The versions of the packages:", "\n".join(" ".join(one) for one in record["versions"].items()))],
         commands=[shlex.join(["linkages", *words, "--out", out]), shlex.join(["linkages", "report", out])]
         if words
         else [],

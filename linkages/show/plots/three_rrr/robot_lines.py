@@ -10,8 +10,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.palette import INK, SOFT
 from linkages.mechanics.flexible.rotation import rotations
-from linkages.show.plots.pages import embedded, filled, own_text
-from linkages.show.plots.style import COLORS
+from linkages.show.plots.lines import modes_page
 from linkages.three_rrr.analysis import RobotResults
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import RobotMotion, pivots, unit
@@ -80,9 +79,8 @@ def draw_pose(
 
 def write_animation(results: RobotResults, path: Path) -> Path:
     """Write the animation; return its path."""
-    values = {"curves": embedded(COLORS), "data": embedded(animation_data(results))}
-    text = own_text("linkages.show.plots.three_rrr", "animation.html")
-    path.write_text(filled(text, title=results.robot.title or "Flexible robot", **values), encoding="utf-8")
+    title = f"{results.robot.title or 'Flexible robot'}: modes"
+    path.write_text(modes_page(title, animation_data(results)), encoding="utf-8")
     return path
 
 
