@@ -199,8 +199,7 @@ def _solve(
     record(
         options, job.folder, study.title, question, result_answer(study, result), table, *optimised(study, result)[::-1]
     )
-    show(table + "
-")
+    show(table + "\n")
     if options.verify:
         from optim.search.verification import format_verification, verify
 
