@@ -232,10 +232,12 @@ class Residuals:
         end = max(float(c.times[part][-1]) for c, part in zip(one.channels, used, strict=True) if part.stop) + shift
         system = one.system.replaced({"duration": max(end, 1e-9)} | dict(zip(paths, map(float, values), strict=True)))
         moved = any(p.kind == "shift" and p.measurement == m for p in self.places)
-        curves = Curves(system, paths, values, [c.output for c in one.channels], derivatives)
+        times = [c.times[part] + shift for c, part in zip(one.channels, used, strict=True)]
+        wanted = [(c.output, at) for c, at in zip(one.channels, times, strict=True)]
+        curves = Curves(system, paths, values, wanted, moved, derivatives)
         slopes, rows, lines = self.slopes(z)[mine], [], []
         for c, (channel, part) in enumerate(zip(one.channels, used, strict=True)):
-            computed, rates, rate = curves(channel.output, channel.times[part] + shift, moved)
+            computed, rates, rate = curves(channel.output, times[c])
             left, basis = self.left(m, c, part, computed[:, None], z[None], free)
             factor = self.sensor(z, "factor", m, c)
             line = np.zeros((len(computed), len(z)))

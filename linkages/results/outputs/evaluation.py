@@ -9,7 +9,7 @@ import numpy as np
 
 from linkages.base.kernel import Array, Records, inlined_kernel, kernel
 from linkages.base.kernel.by_reference import packed
-from linkages.base.kernel.dual import dual_array, seeded, slope
+from linkages.base.kernel.dual import dual_array, number, seeded, slope
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.elements.machine import add_elements, count, tell_elements
 from linkages.mechanics.integrate.stepper import copy
@@ -80,9 +80,11 @@ class DualTable(NamedTuple):
 @kernel(makes_arrays=True)
 def slopes(
     table: DualTable, with_forces: bool, seen: Snapshot, times: Array, q: Array, v: Array, a: Array, contacts: Array,
-    dq: Array, dv: Array, da: Array, dcontacts: Array, first: int, out: Array,
+    dq: Array, dv: Array, da: Array, dcontacts: Array, first: int, values: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Fill ``out`` (np, no, nt) with the slopes of the outputs of `tabulate` along np values, at most `DIRECTIONS`.
+    """Fill ``values`` (no, nt) with the outputs of `tabulate`, and ``out`` (np, no, nt) with their slopes.
+
+    They are slopes along np values, at most `DIRECTIONS`.
 
     Parameters
     ----------
@@ -118,6 +120,7 @@ def slopes(
             _set_forces(table.seen)
         for k in range(len(table.outputs)):
             found = output_value(table.outputs[k], table.seen)
+            values[k, i] = number(found)
             for p in range(len(out)):
                 out[p, k, i] = slope(found, p)
 

@@ -24,6 +24,7 @@ from linkages.engines.compiled.derivatives.run_derivatives import (
     SINGULAR,
     AtSteps,
     Changes,
+    States,
     differentiate_run,
     differentiate_states,
 )
@@ -149,42 +150,44 @@ class Differentiation:
             changes[beyond[0] :] = np.nan
         return found._replace(known=int(beyond[0]), status=_BEYOND)
 
-    def changes(self, times: Array) -> Changes:
-        """Differentiate coordinates and contacts at any times of the run."""
+    def states_and_changes(self, times: Array) -> tuple[States, Changes]:
+        """Return coordinates and contacts at any times of the run, and their derivatives."""
         found, places = self.columns, np.searchsorted(self.steps.times, times, "right") - 1
-        if np.array_equal(self.steps.times, times):
-            return found.changes
         if np.array_equal(self.steps.times[places], times):
-            return Changes._make(one[places] for one in found.changes)
-        out, column = self._changes(len(times)), packed(self._column(found.states.shape[2]))
+            states = States._make(self.runner.evaluate(self.steps, times))
+            return states, Changes._make(one[places] for one in found.changes)
+        states, out = self._states(len(times)), self._changes(len(times))
+        column = packed(self._column(max(len(self._nearby), LANES)))
         at_steps = packed(AtSteps(found.states, found.memory, found.event, found.event_times, found.changes))
-        differentiate_states(self._run, column, found.known, at_steps, np.asarray(times, np.float64), packed(out))
-        return out
+        given = self._run, column, found.known, at_steps, np.asarray(times, np.float64)
+        differentiate_states(*given, packed(states), packed(out))
+        return states, out
 
-    def outputs(
-        self, times: Array, names: Sequence[str] | None = None, states: Sequence[Array] | None = None
-    ) -> dict[str, Columns]:
-        """Compute the derivatives of outputs at any times of the run, by path; with the states there if known."""
+    def _states(self, nt: int) -> States:
+        n, nc = size_of(self.runner.model), len(self.runner.model.ends)
+        return States(np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH)))
+
+    def outputs(self, times: Array, names: Sequence[str] | None = None) -> tuple[Columns, dict[str, Columns]]:
+        """Compute outputs at any times of the run, and their derivatives by path."""
         table = OutputTable(self.runner.system, names, self._nearby, self._ideals)
-        if states:
-            return table.derivatives(times, states, self.changes(times))
         parts = [
-            table.derivatives(part, self.runner.evaluate(self.steps, part), self.changes(part))
+            table.evaluate(part, *self.states_and_changes(part))
             for part in np.array_split(times, -(-len(times) // _AT_ONCE) or 1)  # changes of all states take memory
         ]
-        return {
-            path: {name: np.concatenate([part[path][name] for part in parts]) for name in columns}
-            for path, columns in parts[0].items()
-        }
+        values = _joined([own for own, _ in parts])
+        return values, {near.path: _joined([rates[near.path] for _, rates in parts]) for near in self._nearby}
 
-    def derivatives(
-        self, times: Array, names: Sequence[str] | None = None, states: Sequence[Array] | None = None
-    ) -> Derivatives:
-        """Return the derivatives of outputs, by default of all, at times of the run; with the states there if known."""
+    def derivatives(self, times: Array, names: Sequence[str] | None = None) -> Derivatives:
+        """Return the derivatives of outputs, by default of all, at times of the run."""
         found = self.columns
         until = float(self.steps.times[found.known - 1]) if found.known else -np.inf
-        evaluate = Dense(partial(self.outputs, names=names), float(times[0]), float(times[-1]))
-        return Derivatives(self.outputs(times, names, states), _STATUS[found.status], until, evaluate)
+        with_values = Dense(partial(self.outputs, names=names), float(times[0]), float(times[-1]))
+        return Derivatives(tuple(near.path for near in self._nearby), _STATUS[found.status], until, times, with_values)
+
+
+def _joined(parts: Sequence[Columns]) -> Columns:
+    """Join columns of parts of the times."""
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 _BEYOND = 3
