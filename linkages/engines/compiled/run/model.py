@@ -165,7 +165,7 @@ def error_scale(system: System, extent: Array | float | None = None, play: Array
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
     length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); states of
-    laws by their magnitude; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, and `play`
+    laws by their magnitude; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, `play`
     (..., nj) its `clearances`; default its own [m].
     """
     size = np.asarray(system.tree.extent if extent is None else extent)[..., None]
