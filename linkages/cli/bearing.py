@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 HELP = "a journal bearing under a static load: eccentricity, flow, friction, dynamic coefficients, stability"
 WRITES = {"bearing": ("bearing.json", "bearing_chart.png", "bearing_pressure.png")}
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("--diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000",)
+
 EXAMPLES = """examples:
   linkages bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000
   linkages bearing --diameter 80mm --length 40mm --clearance 0.1mm --viscosity 0.03 --speed 100 --load 1000 --film short

@@ -18,6 +18,13 @@ if TYPE_CHECKING:
 HELP = "derivatives of peaks, means and works of a run with respect to values"
 WRITES = {"sensitivity": ("sensitivity.json", "details.json", "matrix.png")}
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = (
+    "seven_bar.toml --wrt joints.A.clearance sdf.links.link6.mass --duration 0.01",
+    "slider_crank_dry.toml --wrt joints.B.clearance --duration 0.001",
+    "slider_crank_lubricated.toml --wrt joints.B.clearance drives.O.speed --duration 0.002 --check",
+)
+
 EXAMPLES = """examples:
   linkages sensitivity seven_bar.toml --wrt joints.A.clearance joints.A.viscosity sdf.links.link6.mass
   linkages sensitivity my.toml --wrt drives.O.speed gravity.y --output slider.ax --check

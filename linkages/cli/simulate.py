@@ -57,6 +57,24 @@ WRITES = {
     )
 }
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = (
+    "seven_bar.toml --duration 0.02",
+    "seven_bar.toml --duration 0.002 --engine drake",
+    "seven_bar_dry.toml --duration 0.02",
+    "seven_bar_mixed.toml --duration 0.02",
+    "slider_crank_dry.toml --duration 0.002",
+    "slider_crank_dry.toml --duration 0.0002 --engine drake",
+    "slider_crank_lubricated.toml --duration 0.002",
+    "slider_crank_flexible.toml --duration 0.002",
+    "slider_crank_guide.toml --duration 0.002",
+    "slider_crank_motor.toml --duration 0.002",
+    "slider_crank_main_bearing.toml --duration 0.0005",
+    "four_bar_dry.toml --duration 0.002",
+    "gear_rattle.toml --duration 0.002",
+    "three_rrr_clearance.toml --duration 0.0005",
+)
+
 EXAMPLES = """examples:
   linkages simulate seven_bar.toml
   linkages simulate my.toml --data measured.csv

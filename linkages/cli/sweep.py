@@ -39,6 +39,12 @@ if TYPE_CHECKING:
 HELP = "run over the values of one or two variables: peaks, bifurcation diagram, maps"
 WRITES = {"sweep": ("sweep.json", "sweep.csv", "sweep.parquet", "sweep.png", "map_*.png", "rows")}
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = (
+    "slider_crank_dry.toml --vary joints.B.clearance=1e-4:2e-4:2 --revolutions 1",
+    "slider_crank_lubricated.toml --vary joints.B.clearance=1e-4:2e-4:2 --output B.force --revolutions 1 --transient 0",
+)
+
 EXAMPLES = """examples:
   linkages sweep seven_bar.toml --vary joints.A.clearance=0.1mm:0.4mm:31 --revolutions 2
   linkages sweep slider_crank_dry.toml --vary drives.O.speed=100:600:101 --output B.force --output B.ey

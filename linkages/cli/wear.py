@@ -16,6 +16,9 @@ WRITES = {"wear": ("wear.json", "wear_*.png", "wear.html", "blocks")}
 
 #: Subfolder of the blocks in the folder of results.
 BLOCKS = "blocks"
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("slider_crank_wear.toml --cycles 2",)
+
 EXAMPLES = """examples:
   linkages wear slider_crank_dry.toml --cycles 100000 --set joints.B.wear.coefficient=1e-15
   linkages wear my.toml --cycles 20000 --set joints.B.wear.coefficient=5e-14 --out results/soft

@@ -32,6 +32,31 @@ WRITES = {
     "identify --plan": ("plan.json",),
 }
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("short_film.toml", "short_dry.toml")
+_SHORT = """experiment = "slider_crank_{kind}.toml"
+[data.run]
+file = "short.csv"
+[data.run.columns.acceleration]
+output = "slider.ax"
+deviation = 1.0
+[unknowns.clearance]
+path = "joints.B.clearance"
+lower = 1e-4
+upper = 1e-3
+[unknowns.mass]
+path = "sdf.links.slider.mass"
+lower = 0.1
+upper = 0.3
+[fit]
+time = 1.0
+"""
+SHORT_FILES = {
+    "short_film.toml": _SHORT.format(kind="lubricated"),
+    "short_dry.toml": _SHORT.format(kind="dry"),
+    "short.csv": "time,acceleration\n" + "".join(f"{1e-4 * k},{-260.0 - k}\n" for k in range(20)),
+}
+
 EXAMPLES = """examples:
   linkages identify press.toml --out results/press
   linkages identify press.toml --plan

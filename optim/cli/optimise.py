@@ -30,6 +30,29 @@ if TYPE_CHECKING:
 HELP = "find the best design of a linkage; can be stopped and resumed"
 WRITES = {"optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png")}
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("short_search.toml", "short_gradient.toml")
+_SHORT = """experiment = "seven_bar.toml"
+[set]
+duration = 0.02
+[variables.oil]
+path = "joints.A.viscosity"
+lower = 0.05
+upper = 0.6
+[variables.length]
+path = "sdf.frames.link2_C.pose.x"
+lower = 0.179
+upper = 0.181
+[objectives.force]
+unit = "N"
+terms = [{ functional = "peak", output = "A.force" }]
+[algorithm]
+"""
+SHORT_FILES = {
+    "short_search.toml": f'{_SHORT}name = "ga"\npopulation = 4\ngenerations = 1\n',
+    "short_gradient.toml": f'{_SHORT}name = "grg"\niterations = 1\nderivatives = "sensitivities"\n',
+}
+
 EXAMPLES = """examples:
   linkages optimise sevenbar_force.toml
   linkages optimise sevenbar_force.toml --seed 3 --out results/force --resume

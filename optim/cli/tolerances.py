@@ -16,6 +16,29 @@ from optim.cli.seeds import seeds_of
 HELP = "share of machines that meet the limits, by their tolerances; can be stopped, resumed and extended"
 WRITES = {"tolerances": ("tolerances.json", "study.sqlite", "histograms.png", "contributions.png", "influence.png")}
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("slidercrank_tolerances.toml --samples 2", "short_tolerances.toml")
+SHORT_FILES = {
+    "short_tolerances.toml": """experiment = "slider_crank_dry.toml"
+[set]
+duration = 0.002
+[scatter.clearance]
+path = "joints.B.clearance"
+normal = ["0.5 mm", "0.02 mm"]
+[scatter.mass]
+path = "sdf.links.rod.mass"
+normal = ["210 g", "2 g"]
+[constraints.force]
+unit = "N"
+terms = [{ functional = "peak", output = "B.force" }]
+at_most = 47000
+[algorithm]
+name = "scatter"
+samples = 8
+derivatives = "sensitivities"
+"""
+}
+
 EXAMPLES = """examples:
   linkages tolerances slidercrank_tolerances.toml
   linkages tolerances mine.toml --samples 10000 --out results/mine --resume

@@ -154,19 +154,24 @@ def start_state(system: System) -> Array:
     return np.concatenate([assembly.q[free], assembly.v[free], system.law_states.starts, system.start_states])
 
 
-def error_scale(system: System, extent: Array | float | None = None) -> Array:
+def clearances(system: System) -> Array:
+    """Return the clearance of the joint of each end of a contact, infinite without one, (nj,) [m]."""
+    return np.array([joint.clearance or np.inf for joint in system.models])
+
+
+def error_scale(system: System, extent: Array | float | None = None, play: Array | None = None) -> Array:
     """Return the scale of an error of each entry of the state, (..., ny).
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
     length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); states of
-    laws by their magnitude; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, default
-    its own [m].
+    laws by their magnitude; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, `play`
+    (..., nj) its `clearances`; default its own [m].
     """
     size = np.asarray(system.tree.extent if extent is None else extent)[..., None]
     turns = limits_a_row(system.ends) & (system.ends["row"]["term"]["kind"] == ANGLE)
-    counts, lever = (_TOUCH if joint.can_touch else _FILM for joint in system.models), system.ends["lever"]
-    least = np.array([n * (joint.clearance or np.inf) for n, joint in zip(counts, system.models, strict=True)])
+    counts, lever = [_TOUCH if joint.can_touch else _FILM for joint in system.models], system.ends["lever"]
+    least = np.array(counts) * (clearances(system) if play is None else play)
     length = np.minimum(size, (least * np.where(turns, size / lever, 1.0)).min(axis=-1, initial=np.inf, keepdims=True))
     angle = (least / np.where(turns, lever, size)).min(axis=-1, initial=1.0, keepdims=True)
     position = np.repeat(length, len(system.tree.free_dofs), axis=-1)
