@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.base.arrays import Records
-from linkages.mechanics.planar.record_types import BEAM, STATION, STATION_MODE
+from linkages.elements.flexible.internal_forces import BEAM, STATION, STATION_MODE
 from linkages.system.tree import Tree
 
 
@@ -13,7 +13,7 @@ def beam_records(tree: Tree) -> tuple[Records, Records, Records]:
     """Make records of the substructures of flexible links, of their stations, and of the modes at these."""
     nm = tree.bodies.shapes.shape[2]
     records, stations, modes = [], [np.zeros(0, STATION)], [np.zeros((0, nm), STATION_MODE)]
-    for link, substructures in tree.flexible.items():
+    for link, substructures in tree.deformable.items():
         ends = tree.beam_ends(link)
         for part in substructures:
             beam, (own, of_modes), first = part.beam, part.stations(nm), sum(map(len, stations))

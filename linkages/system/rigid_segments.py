@@ -78,7 +78,7 @@ class Segmented(System):
                 at = next(link for link, edge in tree.edges.items() if edge.joint == carried.joint)
             turn = turns[..., chain.segments.index(at)]
             name = f"{at}.angle" if carried is None else carried.joint
-            if whole.flexible[link][0].is_chord and name in place:
+            if whole.deformable[link][0].is_chord and name in place:
                 result[..., place[name]] += float(whole.bodies.records[whole.index[link]]["sign"]) * turn
         return result
 
@@ -101,11 +101,11 @@ def _section_turns(tree: Tree, link: str, places: Array, q: Array) -> Array:
     """
     found = np.zeros((*q.shape[:-1], len(places)))
     ends: dict[tuple[str, float], Array] = {}
-    for piece in tree.flexible[link]:
+    for piece in tree.deformable[link]:
         s, near = places - piece.first, _SAME * piece.beam.length
-        eta = int(tree.bodies.records[tree.index[piece.name]]["eta"]) + np.arange(len(piece.modes.names))
+        eta = int(tree.bodies.records[tree.index[piece.name]]["eta"]) + np.arange(piece.size)
         frame = ends[piece.carrier, piece.first] if piece.carrier else 0.0
-        cuts = [other.first for other in tree.flexible[link] if other.carrier == piece.name]
+        cuts = [other.first for other in tree.deformable[link] if other.carrier == piece.name]
         own = np.flatnonzero((s > piece.ends[0] - near) & (s < piece.ends[1] + near))
         slopes = piece.modes.shapes(np.concatenate([s[own], np.array(cuts) - piece.first]), 1)[1]
         turns = q[..., eta] @ slopes.T + frame
@@ -114,9 +114,11 @@ def _section_turns(tree: Tree, link: str, places: Array, q: Array) -> Array:
     return found
 
 
-def segmented(system: System) -> Segmented:
-    """Return the same linkage with chains of rigid segments instead of flexible links."""
+def segmented(system: System) -> System:
+    """Return the same linkage with chains of rigid segments instead of flexible links; the system if it has none."""
     found = chains(system.mechanism, system.experiment)
+    if not found:
+        return system
     return Segmented(*cut(system.mechanism, system.experiment), whole=system, chains=found)
 
 

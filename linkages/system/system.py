@@ -115,11 +115,11 @@ class System(Unassembled):
         offsets = [{name: e.joints[name].offset for name in e.play} for e in (experiment, self.experiment)]
         experiment = without_lost_outputs(mechanism, experiment, values)
         same_start = all(map(keeps_start, values)) and offsets[0] == offsets[1] and experiment.start == "centred"
-        same_start = same_start and not experiment.flexible
+        same_start = same_start and not experiment.deforming
         return System(mechanism, experiment, (self._twin or self) if same_start else None, _memory=self._memory)
 
     def ideal(self) -> System:
-        """Return the system with every joint ideal and every link rigid.
+        """Return the system with every joint and element ideal: without clearance, backlash and deformation.
 
         Examples
         --------
@@ -196,7 +196,7 @@ class System(Unassembled):
         resting = self.experiment.start == "equilibrium" and self.tree.play
         straight = whole(resting_offsets(self, whole)) if resting else whole()
         check_lightness(self.tree, self._given_masses, straight.q)
-        return deflected(self, straight) if self.tree.flexible else straight
+        return deflected(self, straight)
 
     @cached_property
     def locking_couplings(self) -> list[int]:
@@ -243,7 +243,7 @@ class System(Unassembled):
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *beam_records(tree), self.gravity
         # calls by address assume contiguous arrays without a check
         rest = map(np.ascontiguousarray, (self.ends, tree.joint_records(), *joints, *dofs, *applied))
-        bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
+        bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.deformable else tree.bodies
         return Arrays._make(
             [*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, self.elements, tree.extent]
         )
@@ -276,9 +276,9 @@ class System(Unassembled):
 
     @property
     def stiff(self) -> bool:
-        """Check whether films, states of laws or modes make the equations stiff; dry contact does not."""
+        """Check whether films, states of laws or shapes make the equations stiff; dry contact does not."""
         return (
-            any(model.has_film for model in self.models) or len(self.law_states.names) > 0 or bool(self.tree.flexible)
+            any(model.has_film for model in self.models) or len(self.law_states.names) > 0 or bool(self.tree.deformable)
         )
 
 

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
 from linkages.elements.analysis import Analysis
+from linkages.elements.drive import Drive
 from linkages.elements.machine import all_elements_of
 from linkages.input.functions.definitions import Quantity
 from linkages.input.functions.recorded_tables import FromFile
 from linkages.input.model.capabilities import check_analysis
 from linkages.input.model.check import check
-from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import JointModel
 from linkages.input.model.mechanism import Frame, Link, Mechanism
@@ -81,8 +81,10 @@ class Unassembled(Brief):
         Names that functions of elements read.
     ramp : float
         Longest time of a drive's smooth start [s]; zero without one.
-    play, flexible : tuples of str
-        Clearance joints and flexible links, in the order of the experiment.
+    play : tuple of str
+        Clearance joints, in the order of the experiment.
+    imperfect : bool
+        Whether the linkage differs from the ideal one: by clearance, backlash or deformation.
     can_touch : bool
         Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines.
     values : mapping of str to float
@@ -117,7 +119,7 @@ class Unassembled(Brief):
     functions_read: Collection[str] = field(init=False)
     ramp: float = field(init=False)
     play: tuple[str, ...] = field(init=False)
-    flexible: tuple[str, ...] = field(init=False)
+    imperfect: bool = field(init=False)
     can_touch: bool = field(init=False)
     values: Mapping[str, float] = field(init=False)
     unread_states: Collection[str] = field(init=False)
@@ -173,10 +175,15 @@ class Unassembled(Brief):
             self.experiment.play,
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
-            {name: partial(flexible_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
+            {name: partial(flexible_link, self.mechanism, self.experiment, name) for name in self.experiment.deforming},
             self.experiment.wheels,
         )
         return replace(tree, coupled=self.experiment.closed, loose=self.experiment.loose)
+
+    @property
+    def starts_unloaded(self) -> bool:
+        """Whether the start follows from lengths and motions alone: no equilibrium, no deformation under loads."""
+        return self.experiment.start == "centred" and not self.experiment.deforming
 
     @property
     def inertials(self) -> dict[str, float]:
@@ -237,9 +244,6 @@ class Unassembled(Brief):
         forces = [mass * float(np.linalg.norm(self.gravity))]
         parts = all_elements_of(experiment.elements)
         forces += [kind.force(keys, self.mechanism.slides, extent) for kind, _, keys in parts]
-        for drive in experiment.drives.values():
-            forces += [_magnitude(drive.torque) / extent, _magnitude(drive.torques) / extent]
-            forces += [_magnitude(drive.force), _magnitude(drive.forces)]
         swing = float(np.sqrt(max(forces) / (mass * extent))) if mass > 0.0 else 0.0
         return max(float(start.max(initial=0.0)), swing) or _UNKNOWN
 
@@ -372,8 +376,3 @@ def _motions(drives: tuple[Drive, ...], values: Mapping[str, float]) -> Motions:
 
 def _torques(drives: tuple[Drive, ...]) -> Motions:
     return Motions([drive.torque_history() for drive in drives])
-
-
-def _magnitude(values: Any) -> float:
-    """Return the largest magnitude of a number or list; zero for None."""
-    return 0.0 if values is None else float(np.abs(values).max())

@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.elements.flexible.substructure import distinct
 from linkages.input.files.raw_model import LinkBeam
-from linkages.input.model.beam_interfaces import distinct, interfaces, parts
+from linkages.input.model.beam_interfaces import interfaces, parts
 from linkages.input.model.experiment import Experiment, experiment_of
-from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Joint, Link, Mechanism
-from linkages.input.model.output_names import BENDING_QUANTITIES
+from linkages.input.model.output_names import SHAPE_QUANTITIES
 
 #: Separator of link name and hinge number in the name of a hinge.
 HINGE = "/hinge"
@@ -35,14 +35,15 @@ class SegmentChain:
 
     link: Link
     beam: LinkBeam
-    model: LinkModel
+    count: int  # about the number of segments
+    damping: float  # over stiffness [s]
     ends: list[float]
 
     @cached_property
     def _counts(self) -> list[int]:
         """Return the number of cells between neighbouring ends."""
         part = np.diff(self.ends) / self.beam.length
-        return np.maximum(np.rint(self.model.segments * part), 1).astype(int).tolist()
+        return np.maximum(np.rint(self.count * part), 1).astype(int).tolist()
 
     @cached_property
     def nodes(self) -> Array:
@@ -60,11 +61,6 @@ class SegmentChain:
     def stiffnesses(self) -> Array:
         """Return the stiffnesses (n,) of the hinges [N m/rad]."""
         return self.beam.youngs_modulus * self.beam.second_moment / np.diff(self.nodes)
-
-    @cached_property
-    def damping(self) -> float:
-        """Return the damping over stiffness [s]."""
-        return self.model.bending_damping(self.beam.elastic().pinned_frequency)
 
     @property
     def segments(self) -> list[str]:
@@ -105,10 +101,11 @@ class SegmentChain:
 def chains(mechanism: Mechanism, experiment: Experiment) -> dict[str, SegmentChain]:
     """Make the segment chains of all flexible links, by name."""
     found = {}
-    for name in experiment.flexible:
+    for name, model in experiment.deforming.items():
         beam = mechanism.beam[name]
+        damping = model.bending_damping(beam.elastic().pinned_frequency)
         ends = distinct([0.0, *interfaces(mechanism, experiment, name), beam.length], beam.length)
-        found[name] = SegmentChain(mechanism.link[name], beam, experiment.links[name], ends)
+        found[name] = SegmentChain(mechanism.link[name], beam, model.segments, damping, ends)
     return found
 
 
@@ -162,7 +159,7 @@ def _experiment_of(machine: Mechanism, experiment: Experiment, cut: dict[str, Se
 
     data: dict[str, Any] = experiment.model_dump(exclude_unset=True)
     data["links"] = {}
-    data["outputs"] = [name for name in experiment.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES]
+    data["outputs"] = [name for name in experiment.outputs if name.rpartition(".")[2] not in SHAPE_QUANTITIES]
     for torque in data.get("torques", {}).values():
         if torque.get("link") is not None:
             torque["link"] = carrier(torque["link"])
