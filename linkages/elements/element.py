@@ -262,7 +262,7 @@ class Element(Generic[K]):
     deforms : callable
         ``deforms(keys)`` tells whether it makes its link a deformable body, a body with shape coordinates.
     idle : callable
-        ``idle(keys, name)`` says why none of its keys acts; empty if they act.
+        ``idle(keys, name)`` says why none of its keys acts; empty if they act. A part without a table has no keys.
     absent : callable
         ``absent(name)`` says what a part without this model lacks for its outputs, and the remedy.
     rotor : callable
@@ -332,7 +332,7 @@ class Element(Generic[K]):
     points: Callable[[K], Iterable[Point]] = lambda keys: ()
     from_reference: Callable[[K], bool] = lambda keys: False
     deforms: Callable[[K], bool] = lambda keys: False
-    idle: Callable[[K, str], str] = lambda keys, name: ""
+    idle: Callable[[K | None, str], str] = lambda keys, name: ""
     absent: Callable[[str], str] = lambda name: ""
     rotor: Callable[[K], Rotor | None] = lambda keys: None
     record: np.dtype[Any] | None = None

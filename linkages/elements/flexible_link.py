@@ -123,6 +123,12 @@ _OF_FRAME = Quantities(
 )
 
 
+def idle(link: LinkModel | None, name: str) -> str:
+    """Say that a link is rigid; empty for a flexible one."""
+    flexible = link is not None and link.bends
+    return "" if flexible else f'link {name} is rigid; give links.{name}.model = "flexible"'
+
+
 def refined(link: LinkModel) -> dict[str, float]:
     """Return twice the number of rigid segments."""
     return {"segments": min(2 * link.segments, MOST_SEGMENTS)}
@@ -159,7 +165,7 @@ FLEXIBLE_LINK = Element(
     check=check,
     from_reference=lambda link: link.bends,
     deforms=lambda link: link.bends,
-    idle=lambda link, name: "" if link.bends else f'link {name} is rigid; give links.{name}.model = "flexible"',
+    idle=idle,
     outputs=(_OF_LINK, _OF_FRAME),
     sort=lambda link, slides: (0, 1) if link.bends else (),
     absent=lambda name: f'needs a flexible link, and "{name}" is rigid; set links.{name}.model, or remove the output',

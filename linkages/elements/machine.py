@@ -84,11 +84,6 @@ def couplings_by_name(tables: Tables) -> dict[str, Coupled]:
     return {name: one for name, one in found if one is not None}
 
 
-def deforming_of(tables: Tables) -> dict[str, Any]:
-    """Return the models that make links deformable bodies, by link."""
-    return {name: keys for kind, name, keys in all_elements_of(tables, OF_PARTS) if kind.deforms(keys)}
-
-
 def outputs_of_part(tables: Tables, part: str, name: str, slides: Slides, *sources: Source) -> set[str]:
     """Return the names of the outputs of the models of a joint or link, with these sources; default: with all."""
     known = (

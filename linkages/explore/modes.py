@@ -226,7 +226,8 @@ class ModeShapes:
         for link in tree.links.values():
             shape = tree.skeleton(link.name)
             if link.name in tree.deformable:
-                yield from (self._beam(link.name, shape.color, part) for part in tree.deformable[link.name])
+                bodies = (body for body in tree.deformable[link.name] if isinstance(body, Substructure))
+                yield from (self._beam(link.name, shape.color, body) for body in bodies)
                 continue
             body = tree.index[link.name]
             arms = _turned(self._pose[body, 2], shape.places - tree.drawn[body])

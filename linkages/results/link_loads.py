@@ -251,7 +251,8 @@ def _of_link(
     axes = _axes(system, seen, link)
     loads = [axes.load(*one) for one in found]
     if link in system.tree.deformable:
-        parts = tuple(_part(system, seen, axes, part, needed) for part in system.tree.deformable[link])
+        bodies = (body for body in system.tree.deformable[link] if isinstance(body, Substructure))
+        parts = tuple(_part(system, seen, axes, body, needed) for body in bodies)
         for part in parts:
             rows = np.hstack([part.nodes, part.forces]).tolist()
             loads += [Load("node", x, y, fx, fy, 0.0) for x, y, fx, fy in rows]

@@ -1,4 +1,4 @@
-"""A flexible link in the spanning tree: its substructures, if it is divided, with their frames, modes and sections."""
+"""A flexible link in the spanning tree: its substructures, with their frames, modes and sections, and their records."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from linkages.base.arrays import Records
+from linkages.elements.flexible.internal_forces import BEAM, STATION, STATION_MODE
 from linkages.elements.flexible.substructure import Substructure, abscissas
 from linkages.input.functions.definitions import names_in
 from linkages.input.model.beam_interfaces import parts, substructures
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.mechanics.flexible.component_modes import component_modes
+from linkages.system.tree import Tree
 
 
 def flexible_link(
@@ -98,3 +101,20 @@ def _named(experiment: Experiment) -> set[str]:
         elif isinstance(value, dict | list | tuple):
             rest += value.values() if isinstance(value, dict) else value
     return found
+
+
+def beam_records(tree: Tree) -> tuple[Records, Records, Records]:
+    """Make records of the substructures of flexible links, of their stations, and of the modes at these."""
+    nm = tree.bodies.shapes.shape[2]
+    records, stations, modes = [], [np.zeros(0, STATION)], [np.zeros((0, nm), STATION_MODE)]
+    for link, bodies in tree.deformable.items():
+        ends = tree.ends_of(link)
+        for part in (body for body in bodies if isinstance(body, Substructure)):
+            beam, (own, of_modes), first = part.beam, part.stations(nm), sum(map(len, stations))
+            leverage = 0.5 * beam.height / beam.second_moment
+            start = tree.sections[part.name, part.nearest(part.ends[0])]
+            whole = tree.index[part.name], first, len(own), beam.area, leverage, part.first
+            records.append((*whole, start, *ends))
+            stations.append(own)
+            modes.append(of_modes)
+    return np.array(records, BEAM), np.concatenate(stations), np.concatenate(modes)

@@ -14,18 +14,18 @@ from linkages.base.errors import InputError
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import lane_array
 from linkages.elements.coordinates import WHEEL
-from linkages.elements.flexible.substructure import Substructure, section_at
 from linkages.input.files.raw_model import Chains
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import MATRIX, STRAIGHT, Bodies
+from linkages.system.deformable import DeformableBody, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
 #: Values of a body's record that differ from zero or are no numbers, where it does not say others.
 _USUAL = dict.fromkeys(types.BODY.names or (), 0) | {"dof": -1, "driven": -1, "sign": 1.0}
 
 #: Functions that divide flexible links, by name, for the joints that carry them.
-Bend = Mapping[str, Callable[[Joint | None], Sequence[Substructure]]]
+Bend = Mapping[str, Callable[[Joint | None], Sequence[DeformableBody]]]
 
 
 class Freedom(NamedTuple):
@@ -137,8 +137,8 @@ class _Builder:
         for joint in joints:
             self.beside[joint.parent].append(joint)
             self.beside[joint.child].append(joint)
-        self.deformable: dict[str, Sequence[Substructure]] = {}
-        self.substructures: dict[str, Substructure] = {}
+        self.deformable: dict[str, Sequence[DeformableBody]] = {}
+        self.substructures: dict[str, DeformableBody] = {}
         self.sections: dict[tuple[str, float], int] = {}
         self.rows: list[dict[str, Any]] = []
         self.acting = 0
@@ -177,7 +177,7 @@ class _Builder:
         self.wheels[name] = len(self.rows) - 1
         self.rows[-1]["inertia"] = inertia
 
-    def _cut(self, link: str, carrier: Joint | None) -> Substructure:
+    def _cut(self, link: str, carrier: Joint | None) -> DeformableBody:
         """Divide a flexible link into substructures; return the one that the joint carries."""
         self.deformable[link] = self.bend[link](carrier)
         self.substructures |= {part.name: part for part in self.deformable[link]} | {link: self.deformable[link][0]}
@@ -228,7 +228,7 @@ class _Builder:
             at = part.origin - self.drawn[parent]
             self._add("", parent, types.FIXED, 1.0, at, np.zeros(2), part.origin, part.name)
 
-    def _add_sections(self, part: Substructure) -> None:
+    def _add_sections(self, part: DeformableBody) -> None:
         """Add the loaded massless sections of a substructure; `bodies` adds the others."""
         self.index[part.name] = len(self.rows) - 1
         for s in part.abscissas:
@@ -236,7 +236,7 @@ class _Builder:
             if s in part.acting and part.moves(s):
                 self._add_section(part, s)
 
-    def _add_section(self, part: Substructure, s: float) -> None:
+    def _add_section(self, part: DeformableBody, s: float) -> None:
         self.sections[part.name, s] = len(self.rows)
         ux, uy = part.direction
         self._row(self.index[part.name], s * part.direction, type=types.NODE, moving=1, ux=ux, uy=uy)

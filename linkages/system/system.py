@@ -22,10 +22,10 @@ from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
 from linkages.system.assembly import Assembly, assemble, balanced, independent, locking_couplings
-from linkages.system.beam_records import beam_records
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.feedforward import with_feedforward
+from linkages.system.flexible_link import beam_records
 from linkages.system.lightness import check_lightness, first_alone
 from linkages.system.load_records import Packed, pack_loads
 from linkages.system.tree import Tree

@@ -17,7 +17,6 @@ from linkages.base.arrays import Array, Records
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import LaneArray
 from linkages.elements.coordinates import WHEEL, Coupled
-from linkages.elements.flexible.substructure import Substructure, section_at
 from linkages.elements.pictures import Point
 from linkages.input.functions.definitions import OF_JOINTS
 from linkages.input.model.mechanism import Frame, Joint, Link, Mechanism
@@ -26,6 +25,7 @@ from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
 from linkages.mechanics.planar.closure import closure_error
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
+from linkages.system.deformable import DeformableBody, section_at
 
 #: Closure rows of a cut joint.
 ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
@@ -95,7 +95,7 @@ class Tree:
     loops: tuple[str, ...]  # ideal joints cut to open the remaining loops
     driven: tuple[str, ...]  # joints with a prescribed motion
     powered: tuple[str, ...]  # joints with an applied torque
-    deformable: Mapping[str, Sequence[Substructure]]  # substructures of the deformable links, by link
+    deformable: Mapping[str, Sequence[DeformableBody]]  # substructures of the deformable links, by link
     sections: Mapping[tuple[str, float], int]  # bodies of sections, by substructure and abscissa on its beam [m]
     acting: int  # number of bodies without the unloaded sections at the end, which only outputs read
     coupled: Mapping[str, Coupled] = field(default_factory=dict)  # joints with coupled coordinates, by element
@@ -153,7 +153,7 @@ class Tree:
         return len(self.coordinates)
 
     @cached_property
-    def substructures(self) -> dict[str, Substructure]:
+    def substructures(self) -> dict[str, DeformableBody]:
         """Return the substructures of all deformable links, by name (the link's name if it is not divided)."""
         return {part.name: part for link in self.deformable.values() for part in link}
 
@@ -377,10 +377,12 @@ class Tree:
     def _origins(self) -> list[list[float]]:
         return self.drawn.tolist()
 
-    def beam_ends(self, link: str) -> tuple[int, int]:
-        """Return the bodies of the sections at the first and last end of a flexible link's beam."""
-        beam = self.mechanism.beam[link]
-        return self.marker(link, beam.start)[0], self.marker(link, beam.end)[0]
+    def ends_of(self, link: str) -> tuple[int, int]:
+        """Return the bodies of the nodes at the first and last end of a deformable link."""
+        parts = sorted(self.deformable[link], key=lambda part: part.first + part.ends[0])
+        ends = (parts[0], parts[0].ends[0]), (parts[-1], parts[-1].ends[1])
+        first, last = (self.sections[part.name, part.nearest(end)] for part, end in ends)
+        return first, last
 
     def named_marker(self, name: str) -> tuple[int, float, float]:
         """Return the marker of the origin of a link or frame, or of a joint's place on its child."""

@@ -32,7 +32,7 @@ def _slope(case: Observed) -> Violation | None:
     for part in case.bodies:
         eta = np.array([case.run[f"q.{name}"] for name in part.coordinates])
         first, last = part.ends
-        slopes = part.modes.shapes(np.linspace(first, last, numerics.VALIDITY_SAMPLES), 1)[1] @ eta
+        slopes = part.slopes(np.linspace(first, last, numerics.VALIDITY_SAMPLES)) @ eta
         largest = np.maximum(largest, np.max(np.abs(slopes), axis=0))
     worst = int(np.argmax(largest))
     value = float(largest[worst])

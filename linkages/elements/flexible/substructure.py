@@ -64,6 +64,10 @@ class Substructure:
         """Check whether a section moves or turns relative to the link's frame."""
         return s != 0.0 or self.is_chord
 
+    def slopes(self, places: Array) -> Array:
+        """Return the slopes at places (ns,) [m] per unit of each shape, (ns, nf)."""
+        return self.modes.shapes(places, 1)[1]
+
     @property
     def bends(self) -> int:
         """Return the number of bending modes, which come first."""
@@ -131,17 +135,6 @@ class Substructure:
         for name, values in zip("ab", modes.shapes(places), strict=True):
             at_modes[name][:, :nf] = values
         return stations, at_modes
-
-
-def section_at(link: Sequence[Substructure], point: Array) -> tuple[str, float]:
-    """Return the substructure's name and section's abscissa that carry a joint or frame at a reference point."""
-
-    def beyond(part: Substructure) -> float:
-        s = float((point - part.origin) @ part.direction)
-        return max(part.ends[0] - s, s - part.ends[1])
-
-    part = min(link, key=beyond)
-    return part.name, part.abscissa(point)
 
 
 def distinct(places: Iterable[float], length: float) -> list[float]:

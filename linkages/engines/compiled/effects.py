@@ -239,8 +239,7 @@ def _reason(system: System, path: str) -> str:
 
 def _idle(system: System, table: str, name: str) -> str:
     """Say why an element as a whole does not act; empty if it does."""
-    keys = system.parts.get(table, {}).get(name)
-    return OF_ELEMENTS[table].idle(keys, name) if keys is not None else ""
+    return OF_ELEMENTS[table].idle(system.parts[table].get(name), name) if table in OF_ELEMENTS else ""
 
 
 def _of_machine(system: System, path: str) -> str:

@@ -30,12 +30,12 @@ from linkages.elements.gear import Gear
 from linkages.elements.machine import (
     KINDS,
     NAMED,
+    OF_PARTS,
     PUSHING,
     TABLES,
     all_elements_of,
     contacts_by_label,
     couplings_by_name,
-    deforming_of,
     functions_of,
     outputs_of_models,
     quantities_of,
@@ -216,12 +216,14 @@ class Experiment(Brief, Table):
     @property
     def deforming(self) -> dict[str, Any]:
         """Return the models that make links deformable bodies, by link."""
-        return deforming_of(self.elements)
+        named = ((kind, *one) for kind in OF_PARTS for one in self.elements[kind.table].items())
+        return {name: keys for kind, name, keys in named if kind.deforms(keys)}
 
     @property
     def imperfect(self) -> bool:
         """Whether the linkage differs from the ideal one: by clearance, backlash or deformation."""
-        return bool(self.play or self.perfected())
+        tables = (getattr(self, kind.table) for kind in KINDS if kind.derived is None)
+        return bool(self.play) or any(_is_imperfect(keys) for table in tables for keys in table.values())
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
@@ -262,7 +264,7 @@ class Experiment(Brief, Table):
         named = {f"{table}.{name}": one for table, found in self.elements.items() for name, one in found.items()}
         return {path: one for path, one in named.items() if isinstance(one, FromFile) and one.file is not None}
 
-    @property
+    @cached_property
     def elements(self) -> dict[str, Mapping[str, Table]]:
         """Return the elements of `linkages.elements`, by table and name."""
         return {
@@ -348,7 +350,7 @@ class Experiment(Brief, Table):
             key: valid[key] if names is True else getattr(self, key) | valid[key] for key, names in changed.items()
         }
         result = self.model_copy(update=values)
-        for key in ("sdf_overrides", "quantities"):
+        for key in ("sdf_overrides", "quantities", "elements"):
             result.__dict__.pop(key, None)
 
         def stays(path: str) -> bool:

@@ -130,7 +130,7 @@ def at_frame(system: System, name: str) -> OutputPlace:
     beam = system.links[point.link].beam
     if beam is None:
         raise AssertionError("a flexible link has a beam")
-    first, last = tree.beam_ends(point.link)
+    first, last = tree.ends_of(point.link)
     (dx, dy), (x, y) = (beam.end - beam.start) / beam.length, point.origin - beam.start
     return OutputPlace(first, last, tree.named_marker(name), float(dx * y - dy * x))
 

@@ -289,7 +289,7 @@ def links_figure(assessment: Assessment) -> Figure:
         if narrow:
             continue
         where = figure.add_subplot(grid[2 * k + 1, 1], sharey=stress)
-        length = sum(piece.beam.length for piece in system.tree.deformable[name])
+        length = sum(piece.ends[1] - piece.ends[0] for piece in system.tree.deformable[name])
         along, scale = engineering("m", length)
         where.plot(scale * place, factor * values, ".", color=color, ms=1.5)
         where.plot(scale * place[top], factor * values[top], "o", color=OTHER, ms=4)
