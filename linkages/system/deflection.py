@@ -6,15 +6,13 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, Status
-from linkages.elements.machine import add_elements
 from linkages.mechanics.planar.closure import close, consistent_rates
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.elimination import elimination_of
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states, poses_at
-from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.newton_euler import generalised_force, inertial_forces
 from linkages.system.assembly import Assembly, independent
-from linkages.system.equilibrium import ideal_forces
+from linkages.system.equilibrium import add_applied, ideal_forces
 from linkages.system.tree import without
 from linkages.system.unassembled import Unassembled
 
@@ -124,9 +122,7 @@ class _Finder:
         work.a[len(tree.joint_dofs) :] = 0.0
         body_states(bodies, q, v, pose, vel)
         work.wrench[:] = 0.0
-        rates = np.concatenate([v, system.start_states])
-        add_elements(system.elements, system.packed.functions, t, rates, pose, vel, work.wrench)
-        load_wrenches(system.loads, t, rates, pose, vel, work.wrench)
+        add_applied(system, t, v, work)
         body_accelerations(bodies, pose, vel, v, work.a, work.acc)
         inertial_forces(bodies, work, system.gravity, load, left)
         for row, size in zip(self.rows, work.reaction, strict=True):

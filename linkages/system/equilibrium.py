@@ -66,9 +66,7 @@ def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, elimination:
     work = tree.workspace(tree.closure_rows)
     work.q[:], work.v[:] = q, v
     body_states(tree.bodies, q, v, work.pose, work.vel)
-    rates = np.concatenate([work.v, system.start_states])
-    add_elements(system.elements, system.packed.functions, t, rates, work.pose, work.vel, work.wrench)
-    load_wrenches(system.loads, t, rates, work.pose, work.vel, work.wrench)
+    add_applied(system, t, work.v, work)
     work.tau[tree.powered_dofs] = system.torques(at)[0][0]
     work.a[tree.driven_dofs] = system.motions(at)[2][0]
     constrained_dynamics(
@@ -76,6 +74,15 @@ def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, elimination:
         np.zeros(tree.size),
     )  # fmt: skip
     return work
+
+
+def add_applied(system: Unassembled, t: float, v: Array, work: Workspace) -> None:
+    """Add the forces of elements and loads at time t [s] and rates v (n,) to the wrenches, for work's pose and vel."""
+    rates = np.concatenate([v, system.start_states])
+    if any(map(len, system.elements)):
+        add_elements(system.elements, system.packed.functions, t, rates, work.pose, work.vel, work.wrench)
+    if len(system.loads[0]):
+        load_wrenches(system.loads, t, rates, work.pose, work.vel, work.wrench)
 
 
 class _LooseJoint:

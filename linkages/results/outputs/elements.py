@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 
 import numpy as np
 
@@ -88,6 +89,7 @@ _SOURCES: Mapping[Source, tuple[_Made, Callable[[System, str], OutputPlace]]] = 
 def _owner(outputs: Quantities) -> Owner:
     """Make the owner of outputs of elements: the elements, or their contacts, that have these."""
 
+    @lru_cache(maxsize=8)  # each output's name is looked up among all owners
     def names(system: System) -> Iterable[str]:
         parts, slides = all_elements_of(system.parts), system.slides
         found = [(kind, name, keys) for kind, name, keys in parts if outputs in kind.outputs_of(keys, slides)]
