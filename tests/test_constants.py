@@ -30,5 +30,5 @@ def test_a_folder_with_such_a_module_has_no_other_private_numbers(room):
 
 
 def test_a_constant_changes_by_a_factor_and_a_small_count_by_one():
-    (pace,) = [one for one in constants("linkages/results/numerics.py") if one.name == "LINK_LOADS_POINTS"]
+    (pace,) = [one for one in constants("linkages/elements/flexible/numerics.py") if one.name == "LINK_LOADS_POINTS"]
     assert (pace.times(3.0), pace.times(1.0 / 3.0)) == (9, 1)

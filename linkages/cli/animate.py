@@ -61,7 +61,7 @@ def _last_period(system: System, end: float) -> float | None:
     """Return when the last period of a linkage with ideal joints and rigid links begins, whose motion repeats [s]."""
     from linkages.results.steady_state import common_period
 
-    if system.play or system.flexible or not system.drives or any(not one.prescribed for one in system.drives.values()):
+    if system.imperfect or not system.drives or any(not one.prescribed for one in system.drives.values()):
         return None
     period = common_period(system)
     return end - period if period is not None and period <= end else None

@@ -81,9 +81,7 @@ def _export_loads(options: argparse.Namespace) -> int:
     cases = _cases(system, run, times, links)
     with errors_of_writing(out):
         out.mkdir(parents=True, exist_ok=True)
-        names = write_loads(
-            out, cases, {name: link.beam for name, link in system.links.items() if link.beam is not None}
-        )
+        names = write_loads(out, cases)
     lines = [f"{'case':>4} {'time [s]':>12}  {'link':16} {'loads':>6} {'largest [N]':>12} {'sum / largest':>14}"]
     for k, case in enumerate(cases):
         lines.append(f"{k + 1:>4} {case.time:12.6g}  {case.name}")

@@ -170,13 +170,13 @@ def assess(
 def _of_ideal(system: System, compute: Callable[[], T]) -> tuple[T | None, str]:
     """Compute something of the ideal linkage; None and the reason if only the real one can be computed.
 
-    The comparison does not decide what may run. Without clearance, loose couplings and flexible links both are the
+    The comparison does not decide what may run. Without clearance, backlash and deformation both are the
     same, and the errors too.
     """
     try:
         return compute(), ""
     except (AssemblyError, InputError) as problem:
-        if not (system.tree.play or system.tree.loose or system.tree.flexible):
+        if not system.imperfect:
             raise
         return None, (problem.problem if isinstance(problem, InputError) else str(problem)).partition(";")[0]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.elements.machine import all_elements_of
 from linkages.input.model.experiment_tables import FILM_ACCURACY, FILM_CELLS, FilmHistory
-from linkages.input.model.link_tables import MOST_SEGMENTS
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 from linkages.system.rigid_segments import has_segments
@@ -31,9 +31,9 @@ def tightened(system: System, run: Trajectory, ratio: float) -> System:
     accuracy, times = system.settings.accuracy * ratio, run.time
     step = float(min(_SHORTER * _typical_step(times), times[-1] / _FEWEST))
     finer = {"solver.accuracy": accuracy, "solver.max_step": step} | _finer_films(system)
-    if len(system.tree.modal_frequencies):
+    if len(system.tree.shape_frequencies):
         if has_segments(system, run.columns):
-            finer |= _finer_segments(system)
+            finer |= _finer_substitutes(system)
         elif accuracy >= _FINEST:
             finer |= {"solver.accuracy": min(accuracy, _LOOSEST), "solver.resolve_vibrations": True}
     return system.replaced(finer)
@@ -65,10 +65,13 @@ def _histories(system: System) -> dict[str, FilmHistory]:
     return {name: history for name, history in found.items() if history is not None}
 
 
-def _finer_segments(system: System) -> dict[str, float]:
-    """Return twice the numbers of rigid segments."""
-    counts = {name: system.parts["links"][name].segments for name in system.flexible}
-    return {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}
+def _finer_substitutes(system: System) -> dict[str, float]:
+    """Return the values that refine what the Drake engine runs instead of elements."""
+    found = dict[str, float]()
+    for kind, name, keys in all_elements_of(system.parts):
+        if kind.substitute is not None and kind.deforms(keys):
+            found |= {f"{kind.path(name)}.{key}": value for key, value in kind.substitute.refined(keys).items()}
+    return found
 
 
 def _typical_step(times: Array) -> float:

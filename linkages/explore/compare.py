@@ -155,7 +155,7 @@ def compare(
     system.check_analysis(Analysis.DRAKE)
     told = progress or (lambda name: lambda time: None)
     stages = _Stages(told, clock.monotonic(), np.inf if limit is None else limit)
-    model = segmented(system) if system.tree.flexible else system
+    model = segmented(system)
     runs, horizons = {}, {}
     for engine in ("compiled", "drake"):
         runs[engine] = stages.run(engine, model, engine, _RUN)
@@ -164,7 +164,7 @@ def compare(
             other = stages.run(f"{engine}, looser", looser(model), engine, _LOOSER, horizons[engine])
             horizons[engine] = stages.horizon(f"{engine}, horizon", runs[engine], other, system)
     until, every = min(horizons.values()), names(system)
-    whole = stages.run("flexible links", system, "compiled", 1.0, until) if model is not system else None
+    whole = stages.run("without segments", system, "compiled", 1.0, until) if model is not system else None
     told("differences")
     sound = {engine: Soundness.of_run(system, run) for engine, run in runs.items()}
     none = frozenset().union(*(one.meaningless(every) for one in sound.values())).intersection(every)

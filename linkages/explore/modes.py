@@ -18,13 +18,13 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
+from linkages.elements.flexible.substructure import Substructure
 from linkages.engines.compiled.run.linear import linearised
 from linkages.engines.compiled.run.runner import Runner
 from linkages.mechanics.flexible.modes import ModesAt, track
 from linkages.mechanics.planar.bodies import ELASTIC, STIFFNESS, make_motion
 from linkages.mechanics.planar.kinematics import body_velocities, poses_at
 from linkages.system import System
-from linkages.system.flexible_link import FlexibleLink
 from linkages.system.linear_systems import StaticSystem, static_systems
 
 _ZERO = 1e-13  # relative to the largest eigenvalue: a smaller one belongs to a free motion
@@ -83,11 +83,11 @@ class Modes:
         """Return each flexible link's share of the total strain energy in each mode (m,)."""
         tree, full = self.system.tree, self.full()
         energy = {}
-        for name, substructures in tree.flexible.items():
+        for name, substructures in tree.deformable.items():
             energy[name] = np.zeros(full.shape[1])
             for part in substructures:
                 body = tree.index[part.name]
-                eta = int(tree.bodies.records[body]["eta"]) + np.arange(len(part.modes.names))
+                eta = int(tree.bodies.records[body]["eta"]) + np.arange(part.size)
                 stiffness = tree.bodies.shapes[body, ELASTIC, : len(eta), STIFFNESS]
                 energy[name] += 0.5 * stiffness @ full[eta] ** 2
         total = sum(energy.values(), np.zeros(full.shape[1]))
@@ -225,8 +225,9 @@ class ModeShapes:
         tree = self._system.tree
         for link in tree.links.values():
             shape = tree.skeleton(link.name)
-            if link.name in tree.flexible:
-                yield from (self._beam(link.name, shape.color, part) for part in tree.flexible[link.name])
+            if link.name in tree.deformable:
+                bodies = (body for body in tree.deformable[link.name] if isinstance(body, Substructure))
+                yield from (self._beam(link.name, shape.color, body) for body in bodies)
                 continue
             body = tree.index[link.name]
             arms = _turned(self._pose[body, 2], shape.places - tree.drawn[body])
@@ -234,11 +235,11 @@ class ModeShapes:
             for bar in shape.bars or ((0, 0),):
                 yield ModeLine(link.name, shape.color, places[list(bar)], ways[:, list(bar)])
 
-    def _beam(self, link: str, color: str, part: FlexibleLink) -> ModeLine:
+    def _beam(self, link: str, color: str, part: Substructure) -> ModeLine:
         tree, body = self._system.tree, self._system.tree.index[part.name]
         s = np.linspace(*part.ends, _SAMPLES)
         along, across = part.modes.shapes(s)
-        eta = int(tree.bodies.records[body]["eta"]) + np.arange(len(part.modes.names))
+        eta = int(tree.bodies.records[body]["eta"]) + np.arange(part.size)
         angle, still = self._pose[body, 2] + np.arctan2(*part.direction[::-1]), self._system.assembly.q[eta]
         arms = _turned(angle, np.column_stack([s + along @ still, across @ still]))
         own = np.stack([self._changes[eta].T @ along.T, self._changes[eta].T @ across.T], axis=-1)

@@ -58,7 +58,7 @@ class LinearisationPoint:
         n = len(self.runner.model.free)
         if n == self.runner.model.elimination.rank:
             raise InputError(
-                system.description.source, "drives", "hold all joints, and no link is flexible: nothing can move"
+                system.description.source, "drives", "hold all joints, and no link deforms: nothing can move"
             )
         self.y = self.runner.start.copy()
         if time > 0.0:

@@ -106,7 +106,7 @@ class Assessment(Brief):
         phase of free motions and of vibrating links drifts by errors of the run: their cycles are not alike.
         """
         motion, system = self.motion, self.system
-        if motion.cycle is None or motion.since is None or not system.determinate or system.flexible:
+        if motion.cycle is None or motion.since is None or not system.determinate or system.tree.deformable:
             return None
         start, end = motion.cycle
         lasts = numerics.ASSESSMENT_CYCLES * (end - start)

@@ -19,12 +19,12 @@
 | parts                   | named elements by table and name                                             |
 | tree                    | spanning tree: carrying joints, cut joints, coordinates                      |
 | spanning                | construction of the spanning tree                                            |
-| flexible_link           | a flexible link in the tree: frames, modes and sections of its substructures |
+| deformable              | what the tree knows of deformable bodies                                     |
+| flexible_link           | a flexible link: its substructures as deformable bodies, their records       |
 | deflection              | quasi-static shape of flexible links at t = 0                                |
 | linear_systems          | systems of linear models: held in a pose, or with changed inputs             |
 | rigid_segments          | the same linkage with chains of rigid segments instead of flexible links     |
 | film_steps              | longest steps of films with history                                          |
-| beam_records            | substructures of flexible links -> records of the kernels                    |
 | drive_travel            | how far drives travel, before a run                                          |
 | memory                  | results that variants of a system share                                      |
 | law_records             | joint models -> records of the force laws                                    |

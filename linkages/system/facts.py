@@ -34,7 +34,7 @@ def facts(mechanism: Mechanism, experiment: Experiment) -> dict[str, Any]:
         "functions_read": experiment.functions_read,
         "ramp": max((drive.ramp for drive in experiment.drives.values()), default=0.0),
         "play": experiment.play,
-        "flexible": experiment.flexible,
+        "imperfect": experiment.imperfect,
         "can_touch": experiment.can_touch,
         "values": experiment.values,
         "unread_states": experiment.unread_states,

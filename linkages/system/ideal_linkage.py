@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.elements.drive import Drive
 from linkages.elements.machine import add_elements
 from linkages.input.functions.definitions import Quantity
-from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.elimination import Elimination
@@ -41,8 +41,10 @@ class IdealLinkage(NamedTuple):
     def add_loads(self, t: float, v: Array, work: Workspace) -> None:
         """Add elements and loads at time t [s] and rates v (n,) to the wrenches of a workspace with pose and vel."""
         rates = np.concatenate([v, self.start_states])
-        add_elements(self.packed.elements, self.packed.functions, t, rates, work.pose, work.vel, work.wrench)
-        load_wrenches(self.packed.loads, t, rates, work.pose, work.vel, work.wrench)
+        if any(map(len, self.packed.elements)):
+            add_elements(self.packed.elements, self.packed.functions, t, rates, work.pose, work.vel, work.wrench)
+        if len(self.packed.loads[0]):
+            load_wrenches(self.packed.loads, t, rates, work.pose, work.vel, work.wrench)
 
 
 def ideal_linkage(mechanism: Mechanism, experiment: Experiment, quantities: Mapping[str, Quantity]) -> IdealLinkage:
@@ -66,7 +68,7 @@ def tree_of(mechanism: Mechanism, experiment: Experiment) -> Tree:
         experiment.play,
         tuple(name for name, drive in drives.items() if drive.prescribed),
         tuple(name for name, drive in drives.items() if not drive.prescribed),
-        {name: partial(flexible_link, mechanism, experiment, name) for name in experiment.flexible},
+        {name: partial(flexible_link, mechanism, experiment, name) for name in experiment.deforming},
         experiment.wheels,
     )
     return replace(tree, coupled=experiment.closed, loose=experiment.loose)
@@ -93,7 +95,7 @@ def plane_gravity(mechanism: Mechanism, experiment: Experiment) -> Array:
 
 
 def ideal_forces(linkage: IdealLinkage, t: float, q: Array, v: Array, elimination: Elimination) -> Workspace:
-    """Solve the ideal linkage at time t [s], coordinates q and rates v (n,), with modes that do not accelerate.
+    """Solve the ideal linkage at time t [s], coordinates q and rates v (n,), with shapes that do not accelerate.
 
     The elimination is that of `Tree.closure_rows`. The workspace has its pose, vel, a, tau and reaction, see
     `linkages.mechanics.planar.singularities.constrained_dynamics`.

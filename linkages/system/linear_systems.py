@@ -40,11 +40,7 @@ class StaticSystem(System):
     @cached_property
     def assembly(self) -> Assembly:
         """Assemble in the pose; links with a quasi-static start are deflected by the loads at zero velocity."""
-        return (
-            deflected(self.ideal_linkage, self.pose, self.experiment.source, self.time)
-            if self.tree.flexible
-            else self.pose
-        )
+        return deflected(self.ideal_linkage, self.pose, self.experiment.source, self.time)
 
 
 def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]:
@@ -57,7 +53,7 @@ def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]
     """
     experiment = system.experiment
     plain: dict[str, object] = {f"joints.{name}": {"model": "ideal"} for name in experiment.joints}
-    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)} | experiment.perfected()
+    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)} | experiment.perfected(rigid=False)
     plain |= {"start": "centred", "solver.integrator": "radau_iia_5", "duration": max(experiment.duration, *times, 0.0)}
     ideal = system.replaced(plain)
     at = np.array(times, dtype=np.float64)

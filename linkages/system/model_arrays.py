@@ -11,8 +11,8 @@ from linkages.base.arrays import Array, Records
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
 from linkages.system.assembly import balanced, independent
-from linkages.system.beam_records import beam_records
 from linkages.system.contacts import Contacts
+from linkages.system.flexible_link import beam_records
 from linkages.system.ideal_linkage import IdealLinkage
 from linkages.system.tree import Tree
 
@@ -25,7 +25,7 @@ def make_arrays(linkage: IdealLinkage, contacts: Contacts, q: Array, rate: float
     applied = *linkage.motions.arrays, *linkage.torques.arrays, *packed.loads, *beam_records(tree), linkage.gravity
     # calls by address assume contiguous arrays without a check
     rest = map(np.ascontiguousarray, (contacts.ends, tree.joint_records(), *_of_laws(contacts), *dofs, *applied))
-    bodies = tree.bodies, tree.stiff_bodies(rate) if tree.flexible else tree.bodies
+    bodies = tree.bodies, tree.stiff_bodies(rate) if tree.deformable else tree.bodies
     closed = _closed_by(tree, tree.loop_rows, tree.free_dofs, q)
     return Arrays._make([*bodies, *closed, *rest, packed.elements, tree.extent])
 

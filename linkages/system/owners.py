@@ -48,7 +48,7 @@ def owners(system: System) -> Mapping[str, list[Fill]]:
     found = defaultdict[str, list[Fill]](list)
     for path, fill in _of_laws(system):
         found[path].append(fill)
-    if system.flexible or system.film_steps or _any_follows_all(system):
+    if system.tree.deformable or system.film_steps or _any_follows_all(system):
         return found  # modes, films with history and torques of the ideal machine follow all other values
     for part in (_of_elements, _of_links, _of_drives, _of_gravity):
         for path, fill in part(system):

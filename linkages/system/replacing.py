@@ -28,7 +28,7 @@ def with_values(
 
 def same_start(before: Experiment, after: Experiment, values: Mapping[str, Any]) -> bool:
     """Check whether replaced values leave the start of a linkage as it was."""
-    if not all(map(keeps_start, values)) or after.start != "centred" or after.flexible:
+    if not all(map(keeps_start, values)) or after.start != "centred" or after.deforming:
         return False
     one, other = ({name: each.joints[name].offset for name in each.play} for each in (before, after))
     return one == other

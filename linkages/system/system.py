@@ -91,8 +91,10 @@ class System(Brief):
         Names that functions of elements read.
     ramp : float
         Longest time of a drive's smooth start [s]; zero without one.
-    play, flexible : tuples of str
-        Clearance joints and flexible links, in the order of the experiment.
+    play : tuple of str
+        Clearance joints, in the order of the experiment.
+    imperfect : bool
+        Whether the linkage differs from the ideal one: by clearance, backlash or deformation.
     can_touch : bool
         Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines.
     values : mapping of str to float
@@ -143,7 +145,7 @@ class System(Brief):
     functions_read: Collection[str] = field(init=False)
     ramp: float = field(init=False)
     play: tuple[str, ...] = field(init=False)
-    flexible: tuple[str, ...] = field(init=False)
+    imperfect: bool = field(init=False)
     can_touch: bool = field(init=False)
     values: Mapping[str, float] = field(init=False)
     unread_states: Collection[str] = field(init=False)
@@ -212,7 +214,7 @@ class System(Brief):
         return System(mechanism, experiment, twin, _memory=self._memory)
 
     def ideal(self) -> System:
-        """Return the system with every joint ideal and every link rigid.
+        """Return the system with every joint and element ideal: without clearance, backlash and deformation.
 
         Examples
         --------
@@ -399,10 +401,15 @@ class System(Brief):
 
     @property
     def stiff(self) -> bool:
-        """Check whether films, states of laws or modes make the equations stiff; dry contact does not."""
+        """Check whether films, states of laws or shapes make the equations stiff; dry contact does not."""
         return (
-            any(model.has_film for model in self.models) or len(self.law_states.names) > 0 or bool(self.tree.flexible)
+            any(model.has_film for model in self.models) or len(self.law_states.names) > 0 or bool(self.tree.deformable)
         )
+
+    @property
+    def starts_unloaded(self) -> bool:
+        """Whether the start follows from lengths and motions alone: no equilibrium, no deformation under loads."""
+        return self.experiment.start == "centred" and not self.experiment.deforming
 
     # -- the start, and rates before a run -------------------------------------------------------------
 
@@ -438,7 +445,7 @@ class System(Brief):
         resting = experiment.start == "equilibrium" and linkage.tree.play
         start = whole(resting_offsets(linkage, self._contact_records, experiment.source, whole)) if resting else whole()
         check_lightness(linkage.tree, self._given_masses, start.q)
-        return deflected(linkage, start, experiment.source) if linkage.tree.flexible else start
+        return deflected(linkage, start, experiment.source)
 
     @property
     def determinate(self) -> bool:

@@ -18,7 +18,7 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, listed
 from linkages.base.kernel.block import Contents, contents
-from linkages.elements.machine import all_elements_of
+from linkages.elements.machine import OF_ELEMENTS, all_elements_of
 from linkages.engines.compiled.run.job import make_given
 from linkages.input.functions.definitions import TIME
 from linkages.input.model.mechanism import Frame, Link
@@ -164,7 +164,7 @@ def _counts_from_reference(system: System) -> bool:
     counting = any(kind.from_reference(keys) for kind, _, keys in all_elements_of(system.parts))
     oriented = any(model.feed or model.is_tilted or model.is_worn for model in system.models)
     reading = {*system.functions_read} - {TIME}
-    return counting or bool(system.quantities) or oriented or bool(reading) or bool(system.tree.flexible)
+    return counting or bool(system.quantities) or oriented or bool(reading)
 
 
 def _inertias(system: System) -> Array:
@@ -228,13 +228,18 @@ def _reason(system: System, path: str) -> str:
     table, name, *keys = [*path.split("."), ""]
     if table == "sdf":
         return _of_machine(system, path)
-    if table == "links" and name not in system.flexible:
-        return f'link {name} is rigid; give links.{name}.model = "flexible"'
+    if idle := _idle(system, table, name):
+        return idle
     for key in set(keys) & _ELSEWHERE.keys():
         return f"only {_ELSEWHERE[key]}"
     if table == "joints":
         return _of_joint(system, name)
     return "no model or law that is chosen uses it"
+
+
+def _idle(system: System, table: str, name: str) -> str:
+    """Say why an element as a whole does not act; empty if it does."""
+    return OF_ELEMENTS[table].idle(system.parts[table].get(name), name) if table in OF_ELEMENTS else ""
 
 
 def _of_machine(system: System, path: str) -> str:
@@ -254,8 +259,7 @@ def _of_machine(system: System, path: str) -> str:
 def _is_used_elsewhere(system: System, path: str) -> bool:
     """Check whether another computation than a compiled run reads the value."""
     table, name, *_ = [*path.split("."), ""]
-    idle = table == "links" and name not in system.flexible
-    return not idle and bool(set(path.split(".")) & _ELSEWHERE.keys())
+    return not _idle(system, table, name) and bool(set(path.split(".")) & _ELSEWHERE.keys())
 
 
 def _of_joint(system: System, name: str) -> str:

@@ -179,7 +179,7 @@ def add_linkage(
         raise InputError(
             "argument", "external", "adds forces that the friction of a joint cannot know; use no coefficient"
         )
-    system = segmented(system) if system.tree.flexible else system
+    system = segmented(system)
     system.assembly  # noqa: B018 (raises before anything is added)
     tree = system.tree
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)

@@ -20,6 +20,9 @@ from linkages.input.files.xml import label
 _UNITS = {"m": "metres"}
 _POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
 
+#: Sizes that a file of this program adds to the parts of a machine, by the parts' table.
+ANNOTATIONS = {"joints": ("bearing", "slot"), "links": ("beam",)}
+
 #: Entries of an <inertia>: their indices in the tensor.
 INERTIA = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
 
@@ -222,7 +225,7 @@ def places(element: ET.Element) -> Iterator[tuple[str, NumberPlace]]:
     mass = None if inertial is None else inertial.find("mass")
     if mass is not None:
         yield "mass", NumberPlace(mass)
-    for kind in ("bearing", "slot", "beam"):
+    for kind in (*ANNOTATIONS["joints"], *ANNOTATIONS["links"]):
         found = annotation(element, kind)
         for number in found.iter() if found is not None else ():
             key = number.tag.rpartition(":")[2]

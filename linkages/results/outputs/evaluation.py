@@ -129,9 +129,9 @@ def slopes(
 def _set_reactions(table: DualTable, seen: Snapshot, count: int) -> None:
     """Fill the dual reactions of the closure rows: slopes of the residual at fixed reactions need further ones."""
     model, w, at = table.seen.model, table.seen.state, seen.state
-    used, needed = w.response, w.modal_response
+    used, needed = w.response, w.shape_response
     for i in range(len(needed)):
-        needed[i] = w.modal_bias[i]
+        needed[i] = w.shape_bias[i]
     for i in range(len(used)):
         for k in range(3):
             used[i, k] = w.bias[i, k]
@@ -141,7 +141,7 @@ def _set_reactions(table: DualTable, seen: Snapshot, count: int) -> None:
         add_row_wrench(model.rows[k], w.pose, -w.reaction[k], used)
     generalised_force(model.bodies, w.pose, used, needed)
     at.bias[:] = 0.0
-    at.modal_bias[:] = 0.0
+    at.shape_bias[:] = 0.0
     for p in range(count):
         for i in range(len(needed)):
             at.tau[i] = slope(w.tau[i], p) - slope(needed[i], p)
@@ -191,7 +191,7 @@ def _move(seen: Snapshot, with_forces: bool, t: float, powered: Array) -> None:
     if with_forces:
         for k in range(powered.shape[1]):
             w.tau[bodies.records[model.powered_bodies[k]].dof] = powered[0, k]
-        inertial_forces(bodies, w, model.gravity, w.bias, w.modal_bias)
+        inertial_forces(bodies, w, model.gravity, w.bias, w.shape_bias)
 
 
 @inlined_kernel

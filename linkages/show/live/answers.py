@@ -18,7 +18,7 @@ from linkages.base.errors import ARGUMENT, AssemblyError, InputError, RunError
 from linkages.base.packages import check_installed
 from linkages.base.palette import css, repainted
 from linkages.show.live.controls import Control, controls, extended
-from linkages.show.live.edits import parts, with_addition, with_model
+from linkages.show.live.edits import parts, with_addition, with_model, without_determined
 from linkages.show.live.exploring import (
     MOST_RUNS,
     Around,
@@ -143,13 +143,12 @@ class Answers:
             values |= with_addition(system, name, _text(request, "add"))
         else:
             values |= with_model(system, _text(request, "part"), name, _text(request, "model"))
-        if f"sdf.links.{name}.beam.density" in values:  # it determines the mass
-            of_mass = tuple(f"sdf.links.{name}.{key}" for key in ("mass", "inertia", "com."))
-            values = {path: value for path, value in values.items() if not path.startswith(of_mass)}
+        values = without_determined(values, name)
         found, tables = self._known({"values": values}), ("joints", "links", "sdf.joints", "sdf.links")
         own = tuple(f"{table}.{name}." for table in tables)
         new = [one for path, one in found.items() if path.startswith(own)]
-        shown = [replace(one, first=True) if one.value is None and ".beam." in one.path else one for one in new]
+        sizes = {path for path in values if path.startswith("sdf.links.")}  # of a beam that the link gets
+        shown = [replace(one, first=True) if one.value is None and one.path in sizes else one for one in new]
         return {"values": values, "controls": [one.content() for one in shown]}
 
     def _move(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from linkages.base.errors import InputError, nearest
+from linkages.elements.machine import all_elements_of
 from linkages.input.files.toml import leaves
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.show.naming import value_in_words
@@ -28,7 +29,6 @@ _ANGLE = 0.7854  # half the range of an angle [rad]
 _WIDE = 30.0  # ratio of the ends of a given range from which on a slider is logarithmic
 _SPEEDS = 0.2, 5.0  # range of a drive, over its value: it keeps its sense
 _OUT_OF_PLANE = (".z", ".roll", ".pitch")  # ends of paths that no run notices
-_OF_BEAM = ("mass", "inertia", "com")  # of a link with a beam they follow from its section
 _HIDDEN = ("mechanism", "title", "duration", "report_from", "solver.max_step", "solver.stabilisation")
 
 
@@ -101,7 +101,7 @@ def _numbers(system: System) -> Iterator[tuple[str, float]]:
         yield "duration", system.settings.duration
     for path, value in system.machine_values.items():
         kind, name, *rest = path.split(".")
-        if kind == "links" and system.links[name].beam and rest[0] in _OF_BEAM:
+        if kind == "links" and rest[0] in system.links[name].determined:
             continue
         yield f"sdf.{path}", float(value)
 
@@ -131,10 +131,8 @@ def _choices(system: System) -> Iterator[tuple[str, str, tuple[str, ...]]]:
 def _usual(system: System) -> Iterator[str]:
     """Paths of the controls that are shown first."""
     experiment = system.experiment
-    for name, drive in experiment.drives.items():
-        for key in ("speed", "torque", "force"):
-            if getattr(drive, key) is not None:
-                yield f"drives.{name}.{key}"
+    for kind, name, keys in all_elements_of(system.parts):
+        yield from (f"{kind.path(name)}.{key}" for key in kind.controls if getattr(keys, key) is not None)
     for name, joint in experiment.joints.items():
         if not joint.has_play:
             continue

@@ -18,6 +18,7 @@ from linkages.base.errors import ARGUMENT, InputError, Status
 from linkages.engines.compiled.batch.batch import Batch, run_batch
 from linkages.engines.compiled.effects import check_varied, near, varied
 from linkages.explore.prediction import STATED, WHY, extent, finer, numbers_of, reaches
+from linkages.results.characteristics import peaks_of_models
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs, unit
 from linkages.show.live.controls import Control
@@ -74,9 +75,9 @@ class Around:
 
 
 def outputs_of(system: System) -> list[str]:
-    """Name the outputs whose peaks are explored: the usual ones, stress and deflection of flexible links."""
-    bending = (f"{name}.{key}" for name in system.flexible for key in ("stress", "deflection"))
-    return [*dict.fromkeys((*default_outputs(system), *bending))]
+    """Name the outputs whose peaks are explored: the usual ones, and those of models of links."""
+    of_links = (column for _, own in peaks_of_models(system, "link") for column in own)
+    return [*dict.fromkeys((*default_outputs(system), *of_links))]
 
 
 def sweep(around: Around, control: Control, request: Mapping[str, Any], progress: Callable[[float], None]) -> Any:

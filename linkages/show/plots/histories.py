@@ -61,7 +61,7 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
         figures["guides"] = guides_figure
     if assessment.contacts:
         figures["impacts"] = contacts_figure
-    if assessment.system.tree.flexible:
+    if assessment.system.tree.deformable:
         figures["links"] = links_figure
     if _acting(assessment, _forces(assessment), least):
         figures["joint_forces"] = partial(forces_figure, errors=least)
@@ -197,10 +197,10 @@ def _draw_both(assessment: Assessment, axis: Axes, name: str, error: float, smal
     unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
     drawn, factor = _shown(assessment, name, values[late] if unbounded else np.concatenate([values[late], perfect]))
     if ideal is not None and compared:
-        rigid = "ideal joints, rigid links" if system.tree.flexible and not small else "ideal joints"
+        rigid = "ideal joints, rigid links" if system.tree.deformable and not small else "ideal joints"
         axis.plot(ideal.time, factor * perfect, color=IDEAL, lw=IDEAL_LINE, label=rigid)
     flexible = "flexible" if small else "flexible links"
-    imperfect = ["clearance"] * bool(system.play) + [flexible] * bool(system.tree.flexible)
+    imperfect = ["clearance"] * bool(system.play) + [flexible] * bool(system.tree.deformable)
     label = f"with {(', ' if small else ' and ').join(imperfect)}" if imperfect else "integrated"
     axis.plot(run.time, factor * values, color=color_for(system.colors, name), label=label)
     axis.set_ylabel(f"[{drawn or 1}]")
@@ -245,7 +245,7 @@ def links_figure(assessment: Assessment) -> Figure:
     Next to each stress is its place along the link at each time.
     """
     system, run = assessment.system, assessment.run
-    names = list(system.tree.flexible)
+    names = list(system.tree.deformable)
     figure = ShownFigure(figsize=(WIDE, 0.8 + 3.2 * len(names) + 1.4), layout="constrained")
     small = narrow()
     needs_height(figure, 1.25 * (2 * len(names) + 1))
@@ -276,7 +276,7 @@ def links_figure(assessment: Assessment) -> Figure:
         if small:
             continue
         where = figure.add_subplot(grid[2 * k + 1, 1], sharey=stress)
-        length = sum(piece.beam.length for piece in system.tree.flexible[name])
+        length = sum(piece.ends[1] - piece.ends[0] for piece in system.tree.deformable[name])
         along, scale = engineering("m", length)
         where.plot(scale * place, factor * values, ".", color=color, ms=1.5)
         where.plot(scale * place[top], factor * values[top], "o", color=OTHER, ms=4)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import notice
 from linkages.base.palette import AXIS_LINE, DATA_LINE, GRID_LINE, GRID_SHADE, INK, LEAST_SIZE, LINKS, SIZES, SOFT
-from linkages.input.model.output_names import BENDING_QUANTITIES, QUANTITIES
+from linkages.input.model.output_names import QUANTITIES, SHAPE_QUANTITIES
 from linkages.input.model.skeleton import OTHER
 from linkages.show.plots.presentation import presentation, shown
 
@@ -233,7 +233,7 @@ def round_length(most: float) -> tuple[float, str]:
 def asked_points(outputs: Iterable[str]) -> list[str]:
     """Return the distinct points with reported translational outputs."""
     parts = (name.rpartition(".") for name in outputs)
-    moving = {*QUANTITIES, *BENDING_QUANTITIES} - {"angle", "omega", "alpha"}
+    moving = {*QUANTITIES, *SHAPE_QUANTITIES} - {"angle", "omega", "alpha"}
     return list(dict.fromkeys(point for point, _, what in parts if what in moving))
 
 

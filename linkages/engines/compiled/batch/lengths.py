@@ -51,7 +51,7 @@ class Start(NamedTuple):
 def start_of(system: System) -> Start | None:
     """Return what the start follows from; None unless it is the loops and the motions of drives."""
     tree = system.tree
-    if system.settings.start != "centred" or tree.flexible or tree.powered:
+    if not system.starts_unloaded or tree.powered:
         return None
     if not tree.driven or math.isnan(system.assembly.quality):
         return None

@@ -61,12 +61,12 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
     Where the loops of the tree and the drives alone determine the position, the closure rows with dual numbers give the
     change of coordinates and rates that keeps them closed. Otherwise neighbouring systems are assembled.
     """
-    tree, centred = system.tree, system.settings.start == "centred"
-    determined = centred and not tree.flexible and not (tree.powered and (tree.play or tree.loose))
+    tree, unloaded = system.tree, system.starts_unloaded
+    determined = unloaded and not (tree.powered and (tree.play or tree.loose))
     determined = determined and bool(np.isfinite(system.assembly.quality))
     found = np.zeros((len(nearby), len(start_state(system))))
-    kept = centred and not tree.flexible  # otherwise masses and laws change the start
-    moved = [k for k, near in enumerate(nearby) if not (kept and all(map(keeps_start, near.along)))]
+    # in other machines masses and laws change the start
+    moved = [k for k, near in enumerate(nearby) if not (unloaded and all(map(keeps_start, near.along)))]
     for first in range(0, len(moved), DIRECTIONS):
         part = moved[first : first + DIRECTIONS]
         followed = _followed(system, [nearby[k] for k in part]) if determined else None

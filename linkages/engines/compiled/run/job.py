@@ -123,6 +123,6 @@ def make_job(given: Given, memory: Array | None = None, modes: Indices | None = 
 def _longest(system: System) -> float:
     """Longest step [s]: a prescribed motion needs no steps, but extremes are searched for between them."""
     duration = system.settings.duration
-    if not system.determinate or system.tree.play or system.tree.flexible:
+    if not system.determinate or system.tree.play or system.tree.deformable:
         return duration
     return min(duration / _FEWEST, _TRAVEL * duration / system.drive_travel if system.drive_travel > 0.0 else np.inf)

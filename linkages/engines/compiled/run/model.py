@@ -80,7 +80,7 @@ class Scratch(NamedTuple):
 
 
 #: Arrays of a workspace that follow from rates; the coordinates and the poses do not.
-_OF_RATES = "v", "tau", "vel", "acc", "wrench", "bias", "modal_bias"
+_OF_RATES = "v", "tau", "vel", "acc", "wrench", "bias", "shape_bias"
 
 
 def make_scratch(w: Workspace, nc: int, reactive: ReactiveLoads) -> Scratch:
@@ -178,7 +178,7 @@ def error_scale(system: System, extent: Array | float | None = None, play: Array
     position[..., system.tree.free_angles] = angle
     rate = system.motion_rate * position
     resolved = system.settings.resolve_vibrations or not is_implicit(system)
-    if len(system.tree.modal_frequencies) and resolved:
+    if len(system.tree.shape_frequencies) and resolved:
         _limit_vibrations(system, size, position, rate)
     others = np.concatenate([system.law_states.scales, system.state_scales])
     others = np.broadcast_to(others, (*size.shape[:-1], len(others)))
@@ -186,18 +186,18 @@ def error_scale(system: System, extent: Array | float | None = None, play: Array
 
 
 def _limit_vibrations(system: System, size: Array, position: Array, rate: Array) -> None:
-    """Limit the scales of modal coordinates, the last ones, and of their rates (..., n).
+    """Limit the scales of shape coordinates, the last ones, and of their rates (..., n).
 
     A mode that limits the steps of an explicit method vibrates with an amplitude as large as its tolerance. So it may
     err by its static deflection under the accelerations of the motion and of gravity, its rate by the same times its
     frequency. An implicit method damps such modes, and omits vibrations that carry up to 0.3 % of a force in slow
     machines, unless ``solver.resolve_vibrations`` asks for them. `size` (..., 1) is the length of the linkage [m].
     """
-    frequencies = system.tree.modal_frequencies
+    frequencies = system.tree.shape_frequencies
     acceleration = size * system.motion_rate**2 + np.linalg.norm(system.gravity)
     for scale, largest in (position, acceleration / frequencies**2), (rate, acceleration / frequencies):
-        modal = scale[..., -len(frequencies) :]
-        np.minimum(modal, largest, out=modal)
+        of_shapes = scale[..., -len(frequencies) :]
+        np.minimum(of_shapes, largest, out=of_shapes)
 
 
 def per_length(system: System) -> Array:

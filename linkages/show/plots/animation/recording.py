@@ -57,7 +57,7 @@ def write_recording(assessment: Assessment, path: Path, exaggerate: float | None
 
 
 def _page(assessment: Assessment, exaggerate: float | None) -> str:
-    shown = segmented(assessment.system) if assessment.system.tree.flexible else assessment.system
+    shown = segmented(assessment.system)
     tree = shown.tree
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
@@ -217,7 +217,7 @@ def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magn
         "Magnified views: the largest force on journal or block within each frame (arrow; its length is proportional to"
         f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
-    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.flexible else ""
+    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.deformable else ""
     names = columns(system.settings.outputs, tree.play, system.actuators)
     return {
         "title": system.description.title or system.description.machine,

@@ -1,4 +1,4 @@
-"""Dynamics of flexible bodies: inertias, elimination of the modes, inertial and elastic forces, energy.
+"""Dynamics of deformable bodies: inertias, elimination of the shapes, inertial and elastic forces, energy.
 
 The beam is described in `linkages.mechanics.planar.bodies`, the symbols in `linkages.mechanics.planar.workspace`.
 """
@@ -16,12 +16,12 @@ from linkages.mechanics.planar.bodies import (
     MATRIX,
     STIFFNESS,
     Bodies,
+    node_motion,
     point_motion,
     points,
     remainder,
-    section_motion,
 )
-from linkages.mechanics.planar.flexible_kinematics import matrix_product, modal, point_rates
+from linkages.mechanics.planar.deformable_kinematics import matrix_product, point_rates, shape_entries
 from linkages.mechanics.planar.markers import turned
 from linkages.mechanics.planar.workspace import Workspace
 
@@ -39,15 +39,15 @@ def _sum(x: Any) -> float:
 
 
 @lazy_kernel
-def flexible_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
-    """Set the inertias of flexible body i: of its frame, of its modes, and their coupling."""
-    pose, inertia, coupling, own = work.pose, work.inertia[i], work.modal.coupling[i], work.modal.inertia[i]
+def deformable_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
+    """Set the inertias of deformable body i: of its frame, of its shapes, and their coupling."""
+    pose, inertia, coupling, own = work.pose, work.inertia[i], work.shape.coupling[i], work.shape.inertia[i]
     body, shapes = bodies.records[i], bodies.shapes[i]
     places, (ux, uy) = points(pose, i), turned(pose, i, body.ex, body.ey)
     mass = body.mass
     turning, moment = _quarter_turn(places) * mass, mass * _sum(places * places)
     along, across = mass * lane(places, 0), mass * lane(places, 1)
-    for k in range(body.modes):
+    for k in range(body.shapes):
         motion, (m_eta, t_eta) = point_motion(pose, i, k), remainder(pose, i, k)
         psi, b = mass * lane(motion, 0), mass * lane(motion, 1)
         moment += m_eta * work.q[body.eta + k]
@@ -62,16 +62,16 @@ def flexible_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
 
 
 @lazy_kernel
-def add_section_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
-    """Add the inertia that section i carries to the inertia of its beam's modes and to their coupling."""
+def add_node_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
+    """Add the inertia that node i carries to the inertia of its parent's shapes and to their coupling."""
     pose, inertia = work.pose, work.inertia[i]
     if inertia.tt == 0.0 and inertia.xx == 0.0 and inertia.yy == 0.0:
         return
     p = bodies.records[i].mount.body
-    coupling, own = work.modal.coupling[p], work.modal.inertia[p]
+    coupling, own = work.shape.coupling[p], work.shape.inertia[p]
     rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-    for k in range(bodies.records[p].modes):
-        turn, x, y = section_motion(pose, i, k)
+    for k in range(bodies.records[p].shapes):
+        turn, x, y = node_motion(pose, i, k)
         moment = inertia.tt * turn + inertia.tx * x + inertia.ty * y
         fx = inertia.tx * turn + inertia.xx * x + inertia.xy * y
         fy = inertia.ty * turn + inertia.xy * x + inertia.yy * y
@@ -79,17 +79,22 @@ def add_section_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
         coupling[k].I_x += fx
         coupling[k].I_y += fy
         for m in range(k + 1):
-            turn, x, y = section_motion(pose, i, m)
+            turn, x, y = node_motion(pose, i, m)
             own[k, m] += turn * moment + x * fx + y * fy
 
 
 @lazy_kernel
-def eliminate_modes(bodies: Bodies, i: int, work: Workspace) -> None:
-    """Eliminate the modes of body i from its articulated inertia.
+def eliminate_shapes(bodies: Bodies, i: int, work: Workspace) -> None:
+    """Eliminate the shapes of body i from its articulated inertia.
 
     Factorises I_ee = L D L^T in place, with L below the diagonal and 1/D on it, and sets W = I_ee^-1 I_er.
     """
-    nf, inertia, coupling, own = bodies.records[i].modes, work.inertia[i], work.modal.coupling[i], work.modal.inertia[i]
+    nf, inertia, coupling, own = (
+        bodies.records[i].shapes,
+        work.inertia[i],
+        work.shape.coupling[i],
+        work.shape.inertia[i],
+    )
     tt, tx, ty, xx, xy, yy = inertia.tt, inertia.tx, inertia.ty, inertia.xx, inertia.xy, inertia.yy
     for k in range(nf):
         mode = coupling[k]
@@ -121,12 +126,12 @@ def eliminate_modes(bodies: Bodies, i: int, work: Workspace) -> None:
 
 
 @lazy_kernel
-def modal_backward_pass(bodies: Bodies, i: int, work: Workspace, bias: Array, modal_bias: Array, tau: Array) -> None:
-    """Set z of flexible body i from the forces on its modes, and add their reaction I_re z to the bias of its frame."""
-    body, coupling, own, push = bodies.records[i], work.modal.coupling[i], work.modal.inertia[i], work.modal.push
+def shape_backward_pass(bodies: Bodies, i: int, work: Workspace, bias: Array, shape_bias: Array, tau: Array) -> None:
+    """Set z of deformable body i from the forces on its shapes, and add their reaction I_re z to its frame's bias."""
+    body, coupling, own, push = bodies.records[i], work.shape.coupling[i], work.shape.inertia[i], work.shape.push
     first, loaded = body.eta, False
-    for k in range(body.modes):
-        force = tau[first + k] - modal_bias[first + k]
+    for k in range(body.shapes):
+        force = tau[first + k] - shape_bias[first + k]
         for m in range(k):
             force -= own[k, m] * push[first + m]
         push[first + k] = force
@@ -134,9 +139,9 @@ def modal_backward_pass(bodies: Bodies, i: int, work: Workspace, bias: Array, mo
     if not loaded:
         return
     moment, fx, fy = bias[i, 0], bias[i, 1], bias[i, 2]
-    for k in range(body.modes - 1, -1, -1):
+    for k in range(body.shapes - 1, -1, -1):
         z = push[first + k] * own[k, k]
-        for m in range(k + 1, body.modes):
+        for m in range(k + 1, body.shapes):
             z -= own[m, k] * push[first + m]
         push[first + k] = z
         moment += coupling[k].I_t * z
@@ -146,66 +151,66 @@ def modal_backward_pass(bodies: Bodies, i: int, work: Workspace, bias: Array, mo
 
 
 @lazy_kernel
-def modal_forward_pass(bodies: Bodies, i: int, work: Workspace, a: Array) -> None:
-    """Set the responses of flexible body i's modes from its frame's, and add them to the accelerations ``a``."""
-    body, coupling, push, response = bodies.records[i], work.modal.coupling[i], work.modal.push, work.response
+def shape_forward_pass(bodies: Bodies, i: int, work: Workspace, a: Array) -> None:
+    """Set the responses of deformable body i's shapes from its frame's, and add them to the accelerations ``a``."""
+    body, coupling, push, response = bodies.records[i], work.shape.coupling[i], work.shape.push, work.response
     turn, x, y = response[i, 0], response[i, 1], response[i, 2]
-    for k in range(body.modes):
+    for k in range(body.shapes):
         mode, place = coupling[k], body.eta + k
         second = push[place] - mode.W_t * turn - mode.W_x * x - mode.W_y * y
         a[place] += second
-        work.modal_response[place] = second
+        work.shape_response[place] = second
 
 
 @lazy_kernel
-def flexible_inertial_force(
-    bodies: Bodies, i: int, work: Workspace, gravity: Array, bias: Array, modal_bias: Array
+def deformable_inertial_force(
+    bodies: Bodies, i: int, work: Workspace, gravity: Array, bias: Array, shape_bias: Array
 ) -> None:
-    """Set the bias forces of flexible body i: rate of change of momentum less weight; on modes also elastic forces."""
+    """Set the bias forces of deformable body i: rate of momentum less weight; on shapes also elastic forces."""
     body, shapes = bodies.records[i], bodies.shapes[i]
     pose, v = work.pose, work.v
     places, (ux, uy) = points(pose, i), turned(pose, i, body.ex, body.ey)
-    force = point_accelerations(bodies, i, work, gravity, modal_bias) * body.mass
+    force = point_accelerations(bodies, i, work, gravity, shape_bias) * body.mass
     fx, fy, alpha, w = lane(force, 0), lane(force, 1), work.acc[i, 0], work.vel[i, 0]
     moment = _sum(_quarter_turn(places) * force)
-    for k in range(body.modes):
+    for k in range(body.shapes):
         place, elastic, (m_eta, t_eta) = body.eta + k, shapes[ELASTIC, k], remainder(pose, i, k)
         eta, rate = work.q[place], v[place]
         moment += (alpha * eta + 2.0 * w * rate) * m_eta + t_eta * work.a[place]
-        own = _sum(point_motion(pose, i, k) * force) + (modal_bias[place] + (alpha * t_eta - w * w * m_eta))
-        modal_bias[place] = own + (lane(elastic, STIFFNESS) * eta + lane(elastic, DAMPING) * rate)
+        own = _sum(point_motion(pose, i, k) * force) + (shape_bias[place] + (alpha * t_eta - w * w * m_eta))
+        shape_bias[place] = own + (lane(elastic, STIFFNESS) * eta + lane(elastic, DAMPING) * rate)
     bias[i, 0], bias[i, 1], bias[i, 2] = moment, fx * ux - fy * uy, fx * uy + fy * ux
 
 
 @inlined_kernel
-def point_accelerations(bodies: Bodies, i: int, work: Workspace, gravity: Array, modal_bias: Array) -> Any:
-    """Accelerations of the two points of flexible body i less gravity, along and across the beam, in lanes.
+def point_accelerations(bodies: Bodies, i: int, work: Workspace, gravity: Array, shape_bias: Array) -> Any:
+    """Accelerations of the two points of deformable body i less gravity, along and across the beam, in lanes.
 
-    Sets the entries of ``modal_bias`` to the inertial forces of the remainders of the shapes.
+    Sets the entries of ``shape_bias`` to the inertial forces of the remainders of the shapes.
     """
     body, shapes, pose = bodies.records[i], bodies.shapes[i], work.pose
     places, (ux, uy) = points(pose, i), turned(pose, i, body.ex, body.ey)
     x, y, alpha, w = work.acc[i, 1] - gravity[0], work.acc[i, 2] - gravity[1], work.acc[i, 0], work.vel[i, 0]
-    own_v, own_a = modal(bodies, i, work.v), modal(bodies, i, work.a)
+    own_v, own_a = shape_entries(bodies, i, work.v), shape_entries(bodies, i, work.a)
     rates, seconds, curvature = 0.0, 0.0, 0.0
-    for k in range(body.modes):
+    for k in range(body.shapes):
         motion, rate, second = point_motion(pose, i, k), own_v[k], own_a[k]
         of_rates, m_second = 0.0, 0.0
-        for m in range(body.modes):
+        for m in range(body.shapes):
             entry = shapes[MATRIX + k, m]
             of_rates += entry * own_v[m]
             m_second += lane(entry, 1) * own_a[m]
         rates += motion * rate
         seconds += motion * second
         curvature += of_rates * rate
-        modal_bias[body.eta + k] = m_second + 2.0 * w * lane(of_rates, 3)
+        shape_bias[body.eta + k] = m_second + 2.0 * w * lane(of_rates, 3)
     frame = lanes(x * ux + y * uy, y * ux - x * uy, 0.0, 0.0) - places * (w * w)
     return frame + _quarter_turn(places * alpha + rates * (2.0 * w)) + (seconds + curvature * lanes(1.0, 0.0, 1.0, 0.0))
 
 
 @lazy_kernel
-def flexible_energy(bodies: Bodies, i: int, work: Workspace, gravity: Array) -> tuple[float, float, float, float]:
-    """Kinetic, potential and strain energy of flexible body i [J], and the power that its damping dissipates [W]."""
+def deformable_energy(bodies: Bodies, i: int, work: Workspace, gravity: Array) -> tuple[float, float, float, float]:
+    """Kinetic, potential and strain energy of deformable body i [J], and the power that its damping dissipates [W]."""
     body, shapes, pose, vel = bodies.records[i], bodies.shapes[i], work.pose, work.vel
     places, (ux, uy) = points(pose, i), turned(pose, i, body.ex, body.ey)
     x, y, w, vx, vy = lane(places, 0), lane(places, 1), vel[i, 0], vel[i, 1], vel[i, 2]
@@ -214,8 +219,8 @@ def flexible_energy(bodies: Bodies, i: int, work: Workspace, gravity: Array) -> 
     kinetic, strain, dissipated = 0.5 * body.mass * _sum(rates * rates), 0.0, 0.0
     px, py = pose[i, 0] + x * ux - y * uy, pose[i, 1] + x * uy + y * ux
     potential = -body.mass * (gravity[0] * px + gravity[1] * py)
-    own = modal(bodies, i, work.v)
-    for k in range(body.modes):
+    own = shape_entries(bodies, i, work.v)
+    for k in range(body.shapes):
         eta, rate, (m_eta, t_eta) = work.q[body.eta + k], own[k], remainder(pose, i, k)
         kinetic += (0.5 * w * eta * m_eta + rate * t_eta) * w
         kinetic += 0.5 * rate * lane(matrix_product(shapes, k, own), 1)

@@ -1,14 +1,19 @@
-"""Tables of drives."""
+"""A drive of a joint: a prescribed motion, a torque, or the force of a prismatic joint; perhaps through a gearbox."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from pydantic import Field
 
+from linkages.elements.element import Checks, Element, Quantities, Slides
 from linkages.elements.gearbox import GearboxBacklash
+from linkages.elements.outputs import Source
+from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Finite, NonNegative, check_history
+from linkages.input.files.unit_conversion import SLIDING
 from linkages.input.functions.definitions import TIME, formula, over_time, program
 from linkages.input.functions.recorded_tables import FromFile
 from linkages.mechanics.planar import motion
@@ -129,3 +134,67 @@ class Drive(FromFile):
         if values is not None and self.times is not None:
             return motion.table(self.times, values)
         return motion.constant_rate(self.torque or self.force or 0.0, 0.0)
+
+
+def check(drive: Drive, checks: Checks) -> None:
+    """Refuse a drive of a fixed joint, a force on a revolute one, units and tables that do not suit."""
+    joint = checks.joint("", checks.name)
+    if joint.type == "fixed":
+        checks.refuse("", "a fixed joint cannot be driven")
+    pushes = (drive.force, drive.forces) != (None, None) or bool(drive.columns.get("force"))
+    if pushes and joint.type == "revolute":
+        checks.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
+    slides = joint.type == "prismatic"
+    checks.units(Drive, slides)
+    for key, unit in drive.units.items():
+        known = bracketed(Drive.model_fields[key].description) if key != "time" else "s"
+        checks.same_kind(f"units.{key}", unit, SLIDING.get(known, known) if slides else known)
+    checks.covers(drive.times, drive.fitted)
+    checks.over_time("formula", drive.formula)
+
+
+def force(drive: Drive, _: Slides, extent: float) -> float:
+    """Return the largest force of the drive; its largest torque over the machine's extent [N]."""
+    torque, own = (max(map(_magnitude, pair)) for pair in ((drive.torque, drive.torques), (drive.force, drive.forces)))
+    return max(torque / extent, own)
+
+
+def _magnitude(values: Any) -> float:
+    """Return the largest magnitude of a number or list; zero for None."""
+    return 0.0 if values is None else float(np.abs(values).max())
+
+
+_POWER = "power delivered by the drive [W]"
+_EFFORTS = Quantities(
+    "DRIVE",
+    {
+        "torque": "torque (prismatic joint: force) of the drive along the joint's coordinate; JOINT.force excludes it"
+        " [N m or N]",
+        "rate": "rate of the joint's coordinate [rad/s or m/s]",
+        "power": _POWER,
+    },
+    Source.EFFORT,
+    peaks=("torque",),
+)
+_EFFORTS_OF_WHEEL = Quantities(
+    "DRIVE (backlash)",
+    {
+        "torque": "torque of the drive on the output wheel of its gearbox, along the joint's coordinate [N m]",
+        "rate": "rate of the joint's coordinate; the wheel has another one [rad/s]",
+        "power": _POWER,
+    },
+    Source.EFFORT_OF_WHEEL,
+    peaks=("torque",),
+)
+
+DRIVE = Element(
+    table="drives",
+    part="joint",
+    keys=Drive,
+    check=check,
+    outputs=(_EFFORTS, _EFFORTS_OF_WHEEL),
+    sort=lambda drive, slides: 0 if drive.backlash is None else 1,
+    absent=lambda name: f'needs a drive, and "{name}" has none; name a driven joint, or the angles of its links',
+    force=force,
+    controls=("speed", "torque", "force"),
+)

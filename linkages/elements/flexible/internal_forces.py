@@ -5,9 +5,8 @@ moves under the loads on its sections, its weight and the force at the cut. Its 
 order in the modal coordinates, integrated exactly with the shapes. The alternative, internal forces from the curvature
 of the modes, converges slowly with the number of modes, and these forces do not jump at loads.
 
-Deflections are distances from the chord between the ends of the beam. Arguments are records of
-`linkages.mechanics.planar.record_types`: ``beams`` (n,) are the substructures of one link, ``stations`` (ns,) are at
-all beams, ``modes`` (ns, nm) are `STATION_MODE` at these.
+Deflections are distances from the chord between the ends of the beam. ``beams`` (n,) are the substructures of one link,
+``stations`` (ns,) are at all beams, ``modes`` (ns, nm) are `STATION_MODE` at these.
 """
 
 from __future__ import annotations
@@ -16,15 +15,40 @@ import math
 
 import numpy as np
 
-from linkages.base.kernel import Array, Records, lazy_kernel
+from linkages.base.kernel import Array, Records, lazy_kernel, record_type
 from linkages.mechanics.integrate.peak_search import parabola_top
 from linkages.mechanics.planar.bodies import Bodies
 from linkages.mechanics.planar.markers import offset, turned
-from linkages.mechanics.planar.record_types import SECTION
+from linkages.mechanics.planar.record_types import NODE
 from linkages.mechanics.planar.workspace import Workspace
 
 _ROUNDING = 1e-14  # deflection, in parts of the length, that counts as zero
 _SAME = 1e-6  # distance, in parts of the length, below which two stations count as one
+
+#: A flexible link, or a substructure of one, for its internal forces and deflection.
+BEAM = record_type(
+    body="i8",
+    first="i8",  # its first station
+    count="i8",  # number of its stations
+    area="f8",  # of the section [m2]
+    leverage="f8",  # stress at its edges over the bending moment [1/m3]
+    origin="f8",  # place of the frame's origin from the first end of the link's beam [m]
+    start="i8",  # body of the section at its first end
+    first_end="i8",  # bodies of the sections at the ends of the link's beam
+    last_end="i8",
+)
+
+#: A cross-section of a beam at which internal forces are computed. Integrals extend from it outwards to the beam's end.
+STATION = record_type(
+    place="f8",  # abscissa from the frame's origin [m]
+    mass="f8",  # mass beyond it [kg]
+    first="f8",  # first moment of that mass [kg m]
+    second="f8",  # second moment [kg m2]
+)
+
+#: A mode at a station: integrals over the mass beyond it, of the axial shape a and the bending shape b, and of these
+#: times the abscissa; both shapes at the station.
+STATION_MODE = record_type(mass_a="f8", mass_b="f8", first_a="f8", first_b="f8", a="f8", b="f8")
 
 
 @lazy_kernel
@@ -60,7 +84,7 @@ def largest_deflection(
             if count > 0 and at_station - s < _SAME * length:
                 continue
             stretch, rise = at_station, 0.0
-            for m in range(body.modes):
+            for m in range(body.shapes):
                 stretch += modes[k, m].a * q[body.eta + m]
                 rise += modes[k, m].b * q[body.eta + m]
             if count > 0:
@@ -95,7 +119,7 @@ def cut(
     x, y = acc[i, 1] - gravity[0], acc[i, 2] - gravity[1]
     a1, a2, alpha, w = x * ux + y * uy, y * ux - x * uy, acc[i, 0], work.vel[i, 0]
     f1, f2, moment, x1, x2 = m * a1, m * a2, 0.0, s, 0.0
-    for k in range(body.modes):
+    for k in range(body.shapes):
         mode, place = modes[k], body.eta + k
         eta, rate, second = work.q[place], work.v[place], work.a[place]
         along += mode.mass_a * eta
@@ -111,7 +135,7 @@ def cut(
     moment += along * a2 - across * a1 + turning * alpha
     for j in range(i + 1, len(bodies.records)):
         section = bodies.records[j]
-        if section.type != SECTION or section.mount.body != i:
+        if section.type != NODE or section.mount.body != i:
             break
         at = section.mount.x * body.ex + section.mount.y * body.ey
         if (at > s if s > 0.0 else at < s) and at != 0.0:
