@@ -33,6 +33,7 @@ from linkages.engines.compiled.run.job import make_given
 from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
+from linkages.engines.numerics import SENSITIVITY_AT_ONCE, SENSITIVITY_FELT, SENSITIVITY_FINE
 from linkages.laws.states import LATCHED
 from linkages.mechanics.integrate.stepper import make_stepper
 from linkages.mechanics.planar.arrays import size_of
@@ -40,9 +41,6 @@ from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 from linkages.results.outputs.columns import Columns
 from linkages.results.outputs.registry import pack
-
-_FINE = 1e-10  # accuracy of runs below which a grade of 3 has more than 1 % of the error of the run
-_FELT = 0.01  # part of its scale by which an error of a run may change the state while derivatives have a meaning
 
 
 class Sensitivity(NamedTuple):
@@ -99,7 +97,7 @@ class Differentiation:
         steps, depths = packed(steps), np.zeros((len(steps.times) * bool(system.touching.any()), len(system.touching)))
         find_depths(equations, steps, depths)
         settings = runner.tolerance, steps, kinks(system), runner.start, depths
-        grade = 2.0 if system.settings.accuracy < _FINE else 3.0
+        grade = 2.0 if system.settings.accuracy < SENSITIVITY_FINE else 3.0
         self._run = packed(Run(equations, variation, stepper, *settings, grade))
         self._ideals = IdealMotions()
 
@@ -141,7 +139,7 @@ class Differentiation:
         own = found.states.shape[2] - len(self._nearby)  # columns of the state itself end there
         growth = np.abs(found.states[:, :, own - ny : own] * scale / scale[:, None]).max(axis=(1, 2), initial=0.0)
         accuracy = self.runner.system.settings.accuracy
-        beyond = np.flatnonzero(accuracy * growth[: found.known] > _FELT)
+        beyond = np.flatnonzero(accuracy * growth[: found.known] > SENSITIVITY_FELT)
         if not len(beyond):
             return found
         found.states[beyond[0] :], found.memory[beyond[0] :] = np.nan, np.nan
@@ -168,9 +166,10 @@ class Differentiation:
         table = OutputTable(self.runner.system, names, self._nearby, self._ideals)
         if states:
             return table.derivatives(times, states, self.changes(times))
+        count = -(-len(times) // SENSITIVITY_AT_ONCE) or 1  # changes of all states take memory
         parts = [
             table.derivatives(part, self.runner.evaluate(self.steps, part), self.changes(part))
-            for part in np.array_split(times, -(-len(times) // _AT_ONCE) or 1)  # changes of all states take memory
+            for part in np.array_split(times, count)
         ]
         return {
             path: {name: np.concatenate([part[path][name] for part in parts]) for name in columns}
@@ -188,7 +187,6 @@ class Differentiation:
 
 
 _BEYOND = 3
-_AT_ONCE = 2000  # most times of one evaluation
 _STATUS = {KNOWN: OK, SINGULAR: STUCK, GRAZED: GRAZING, _BEYOND: HORIZON}
 
 
