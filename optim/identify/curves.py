@@ -12,14 +12,12 @@ from linkages.elements.analysis import Analysis
 from linkages.engines.assessment import differentiated
 from linkages.engines.compiled.batch.batch import run_batch
 from linkages.results.outputs.columns import Columns
-
-_STEP = 1e-3  # step of differences with respect to time, relative to the interval of samples
-_DIFFERENCE = 1e-5  # step of differences of runs, for models without derivatives, in the unknown's own scale
+from optim.identify.numerics import CURVES_DIFFERENCE, CURVES_STEP
 
 
 def step_in_time(times: Array, end: float) -> float:
     """Return the step of differences with respect to time [s], for samples of a run that ends at a time."""
-    return _STEP * float(np.diff(times).mean()) if len(times) > 1 else _STEP * end
+    return CURVES_STEP * float(np.diff(times).mean()) if len(times) > 1 else CURVES_STEP * end
 
 
 class Curves:
@@ -76,7 +74,7 @@ class Curves:
 
     def _differences(self, output: str, times: Array) -> Array:
         """Central differences of runs, for models without derivatives."""
-        steps = _DIFFERENCE * np.maximum(np.abs(self.numbers), 1e-9)
+        steps = CURVES_DIFFERENCE * np.maximum(np.abs(self.numbers), 1e-9)
         table = np.concatenate([self.numbers + sign * np.diag(steps) for sign in (1.0, -1.0)])
         grid, places = np.unique(times, return_inverse=True)
         batch = run_batch(self.system, self.paths, table, [output], samples=grid, progress=lambda part: None)
