@@ -21,17 +21,12 @@ from linkages.base.errors import InputError
 from linkages.elements.flexible.substructure import Substructure
 from linkages.engines.compiled.run.linear import linearised
 from linkages.engines.compiled.run.runner import Runner
+from linkages.explore.numerics import MODES_AT_REST, MODES_SAMPLES, MODES_SPARE, MODES_SYMMETRIC, MODES_ZERO
 from linkages.mechanics.flexible.modes import ModesAt, track
 from linkages.mechanics.planar.bodies import ELASTIC, STIFFNESS, make_motion
 from linkages.mechanics.planar.kinematics import body_velocities, poses_at
 from linkages.system import System
 from linkages.system.linear_systems import StaticSystem, static_systems
-
-_ZERO = 1e-13  # relative to the largest eigenvalue: a smaller one belongs to a free motion
-_SYMMETRIC = 1e-6  # relative asymmetry below which the stiffness matrix counts as symmetric
-_AT_REST = 1e-6  # distance from equilibrium over the linkage's extent that counts as rest
-_SPARE = 4  # additional modes for crossings
-_SAMPLES = 25  # number of samples of a flexible link, or of a substructure
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +134,7 @@ def modes_over(
 
     def at(pose: StaticSystem) -> ModesAt:
         found = _modes(pose)
-        kept = slice(0, count + _SPARE)
+        kept = slice(0, count + MODES_SPARE)
         return ModesAt(pose.time, found.frequencies[kept], found.shapes[:, kept], found.mass)
 
     def found() -> Iterator[ModesAt]:
@@ -160,7 +155,7 @@ def _modes(pose: StaticSystem) -> Modes:
     inverse = np.linalg.inv(np.linalg.cholesky(matrices.mass))
     standard = inverse @ matrices.stiffness @ inverse.T
     size, twist = np.abs(standard).max(), np.abs(standard - standard.T).max()
-    conservative = bool(twist <= _SYMMETRIC * size)
+    conservative = bool(twist <= MODES_SYMMETRIC * size)
     if conservative:
         squares, found = np.linalg.eigh(0.5 * (standard + standard.T))
     else:
@@ -168,15 +163,15 @@ def _modes(pose: StaticSystem) -> Modes:
         order = np.argsort(values.real)
         squares, found = values.real[order], vectors.real[:, order]
         found /= np.linalg.norm(found, axis=0)
-    squares = np.where(np.abs(squares) <= _ZERO * np.abs(squares).max(), 0.0, squares)
+    squares = np.where(np.abs(squares) <= MODES_ZERO * np.abs(squares).max(), 0.0, squares)
     reduced = inverse.T @ found
     swinging = squares > 0.0
     rates = np.sqrt(np.where(swinging, squares, np.nan))
     ratios = 0.5 * np.einsum("im,ij,jm->m", reduced, matrices.damping, reduced) / rates
     pull = np.linalg.inv(reduced) @ matrices.acceleration
     away = np.abs(matrices.ways @ reduced[:, swinging]) * np.abs(pull[swinging] / squares[swinging])
-    drifts = np.abs(pull[~swinging]).max(initial=0.0) > _AT_REST * np.abs(pull).max(initial=1.0)
-    at_rest = bool(away.max(initial=0.0) <= _AT_REST * max(pose.tree.extent, 1.0)) and not drifts
+    drifts = np.abs(pull[~swinging]).max(initial=0.0) > MODES_AT_REST * np.abs(pull).max(initial=1.0)
+    at_rest = bool(away.max(initial=0.0) <= MODES_AT_REST * max(pose.tree.extent, 1.0)) and not drifts
     return Modes(pose, squares, ratios, matrices.ways @ reduced, matrices.masses, conservative, at_rest)
 
 
@@ -237,7 +232,7 @@ class ModeShapes:
 
     def _beam(self, link: str, color: str, part: Substructure) -> ModeLine:
         tree, body = self._system.tree, self._system.tree.index[part.name]
-        s = np.linspace(*part.ends, _SAMPLES)
+        s = np.linspace(*part.ends, MODES_SAMPLES)
         along, across = part.modes.shapes(s)
         eta = int(tree.bodies.records[body]["eta"]) + np.arange(part.size)
         angle, still = self._pose[body, 2] + np.arctan2(*part.direction[::-1]), self._system.assembly.q[eta]

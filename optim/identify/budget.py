@@ -6,9 +6,9 @@ import math
 import time
 from dataclasses import dataclass, field
 
+from optim.identify.numerics import BUDGET_LEAST, BUDGET_SEARCH
+
 USUAL = 50.0  # most seconds of a fit if the file gives none
-_LEAST = 20  # runs that are made then in any case
-_SEARCH = 0.7  # part of the time for the search; the rest is for accurate runs at its end
 
 
 @dataclass
@@ -45,9 +45,9 @@ class Budget:
 
 def search_budget(seconds: float | None) -> Budget:
     """Return the budget of the search of a fit with a limit of time [s]."""
-    return Budget(time.time() + _SEARCH * (seconds or USUAL), _LEAST if seconds is None else 1)
+    return Budget(time.time() + BUDGET_SEARCH * (seconds or USUAL), BUDGET_LEAST if seconds is None else 1)
 
 
 def extend(budget: Budget, seconds: float | None) -> None:
     """Add the time after the search to a budget."""
-    budget.end = max(budget.end, time.time()) + (1.0 - _SEARCH) * (seconds or USUAL)
+    budget.end = max(budget.end, time.time()) + (1.0 - BUDGET_SEARCH) * (seconds or USUAL)

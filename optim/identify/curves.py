@@ -12,14 +12,12 @@ from linkages.elements.analysis import Analysis
 from linkages.engines.assessment import differentiated
 from linkages.engines.compiled.batch.batch import run_batch
 from optim.identify.nodes import between_nodes
-
-_STEP = 1e-3  # step of differences with respect to time, relative to the interval of samples
-_DIFFERENCE = 1e-5  # step of differences of runs, for models without derivatives, in the unknown's own scale
+from optim.identify.numerics import CURVES_DIFFERENCE, CURVES_STEP
 
 
 def step_in_time(times: Array, end: float) -> float:
     """Return the step of differences with respect to time [s], for samples of a run that ends at a time."""
-    return _STEP * float(np.diff(times).mean()) if len(times) > 1 else _STEP * end
+    return CURVES_STEP * float(np.diff(times).mean()) if len(times) > 1 else CURVES_STEP * end
 
 
 class Curves:
@@ -102,7 +100,7 @@ class Curves:
         """Central differences of runs, for models without derivatives."""
         if not self.paths:
             return np.zeros((len(times), 0))
-        steps = _DIFFERENCE * np.maximum(np.abs(self.numbers), 1e-9)
+        steps = CURVES_DIFFERENCE * np.maximum(np.abs(self.numbers), 1e-9)
         table = np.concatenate([self.numbers + sign * np.diag(steps) for sign in (1.0, -1.0)])
         grid, places = np.unique(times, return_inverse=True)
         batch = run_batch(self.system, self.paths, table, [output], samples=grid, progress=lambda part: None)

@@ -16,8 +16,7 @@ from optim.identify.algebra import regression
 from optim.identify.budget import Budget
 from optim.identify.curves import Curves
 from optim.identify.load import SHIFT, Channel, Identification, Measurement
-
-_UNKNOWN = 0.01  # deviation of a sample relative to the spread of its column, before residuals tell it
+from optim.identify.numerics import RESIDUALS_UNKNOWN
 
 
 class SensorValue(NamedTuple):
@@ -87,7 +86,10 @@ class Residuals:
         usual = [1.0 if p.kind == "factor" else 0.0 for p in self.places]
         self.start = np.concatenate([self.scaled(task.start[self.active]), usual])
         self.deviations = [
-            [_UNKNOWN * float(np.std(c.values)) if math.isnan(c.deviation) else c.deviation for c in one.channels]
+            [
+                RESIDUALS_UNKNOWN * float(np.std(c.values)) if math.isnan(c.deviation) else c.deviation
+                for c in one.channels
+            ]
             for one in task.measurements
         ]
         self.budget = Budget()

@@ -8,11 +8,9 @@ from scipy.optimize import least_squares
 
 from linkages.base.arrays import Array
 from optim.identify.algebra import complement
+from optim.identify.numerics import SEARCH_ENOUGH, SEARCH_HELD, SEARCH_HELD_SENSOR
 from optim.identify.residuals import Evaluated, Residuals
 
-_ENOUGH = 1e-8  # relative change of the sum of squares, or of the values, at which a fit ends
-_HELD = 1e-2  # residual of a value that moves from one limit to the other
-_HELD_SENSOR = 1e-6  # the same of a value without limits, relative to its effect on all residuals
 MOST = 60  # runs in a window
 
 
@@ -66,7 +64,7 @@ class Search:
             found = least_squares(
                 lambda x: np.append(self.at(x).residual, held @ (x - first)), x,
                 lambda x: np.vstack([self._projected(x), held]), x_scale="jac",
-                bounds=(residuals.lower[moving], residuals.upper[moving]), ftol=_ENOUGH, xtol=_ENOUGH,
+                bounds=(residuals.lower[moving], residuals.upper[moving]), ftol=SEARCH_ENOUGH, xtol=SEARCH_ENOUGH,
                 gtol=None, max_nfev=most,
             )  # fmt: skip
             return self.at(found.x)
@@ -78,7 +76,7 @@ class Search:
         """Return weights that hold values on which no residual depends; SciPy's steps are too long otherwise."""
         room = (self.residuals.upper - self.residuals.lower)[self.moving]
         size = np.linalg.norm(jacobian, axis=0)
-        return np.where(np.isfinite(room), _HELD / room, np.where(size > 0.0, _HELD_SENSOR * size, 1.0))
+        return np.where(np.isfinite(room), SEARCH_HELD / room, np.where(size > 0.0, SEARCH_HELD_SENSOR * size, 1.0))
 
 
 class _TimeIsUpError(Exception):

@@ -20,6 +20,7 @@ from linkages.base.errors import AssemblyError, InputError, RunError, listed
 from linkages.base.kernel.block import Contents, contents
 from linkages.elements.machine import OF_ELEMENTS, all_elements_of
 from linkages.engines.compiled.run.job import make_given
+from linkages.engines.numerics import EFFECTS_SAME, EFFECTS_STEP
 from linkages.input.functions.definitions import TIME
 from linkages.input.model.mechanism import Frame, Link
 from linkages.mechanics.planar.kinematics import poses_at
@@ -52,8 +53,6 @@ _ELSEWHERE = {
     "segments": "Drake's runs use it",
 }
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
-_SAME = 1e-9  # of places over the linkage's size, and of angles [rad]: they are the same but for rounding
-_STEP = 1e-2  # by which a value is changed to see its effect: relative, or of the size, or [rad]
 
 
 def varied(system: System, path: str, values: Sequence[float], outputs: Sequence[str] = ()) -> str:
@@ -109,7 +108,7 @@ def near(system: System, path: str) -> list[float]:
     value = system.value(path)
     if isinstance(value, int):
         return [value, value + 1]
-    return [value, value * (1.0 + _STEP) if value else _unit(system, path)]
+    return [value, value * (1.0 + EFFECTS_STEP) if value else _unit(system, path)]
 
 
 def without_effect(system: System, before: System, path: str) -> str:
@@ -149,12 +148,12 @@ def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
         return False
     if _counts_from_reference(one) or one.tree.coordinates != other.tree.coordinates:
         return False
-    if np.abs(one.basis - other.basis).max() > _SAME:
+    if np.abs(one.basis - other.basis).max() > EFFECTS_SAME:
         return False
     size, owners = one.tree.extent, {name.rpartition(".")[0] for name in outputs}
     parts = [(_inertias(each), _places(each, owners, size), _start(each, size)) for each in (one, other)]
     return all(
-        first.shape == second.shape and bool(np.all(np.abs(first - second) <= _SAME))
+        first.shape == second.shape and bool(np.all(np.abs(first - second) <= EFFECTS_SAME))
         for first, second in zip(*parts, strict=True)
     )
 
@@ -281,7 +280,7 @@ def _is_across(basis: Array, key: str) -> bool:
     """Check whether a part of a pose is normal to a plane that axes of the world span."""
     normal = int(np.argmax(np.abs(basis[:, 2])))
     in_plane = [axis for k, axis in enumerate("xyz") if k != normal] + [_POSE[3 + normal]]
-    return bool(abs(basis[normal, 2]) > 1.0 - _SAME) and key in _POSE and key not in in_plane
+    return bool(abs(basis[normal, 2]) > 1.0 - EFFECTS_SAME) and key in _POSE and key not in in_plane
 
 
 def _instead(system: System, path: str, kind: str, name: str, key: str) -> Iterator[tuple[str, str]]:
@@ -315,7 +314,7 @@ def _acts(system: System, path: str) -> bool:
 
 
 def _unit(system: System, path: str) -> float:
-    return _STEP * (system.tree.extent if system.value_unit(path) == "m" else 1.0)
+    return EFFECTS_STEP * (system.tree.extent if system.value_unit(path) == "m" else 1.0)
 
 
 def _numbers_at(system: System, path: str) -> float | Collection[float] | None:

@@ -16,13 +16,12 @@ import numpy as np
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.model import clearances, error_scale
+from linkages.engines.numerics import LENGTHS_NEAR
 from linkages.input.files.raw_model import TURN, on_grid
 from linkages.mechanics.planar.closure import approach, close, closure_quality, consistent_rates
 from linkages.system import System
 from linkages.system.assembly import SINGULAR, continuation
 from linkages.system.tree import extent_of, joint_ends
-
-_NEAR = 2.0  # largest error of the difference of two places, in parts of the grid
 
 
 class Example(NamedTuple):
@@ -99,7 +98,7 @@ class Lengths:
         for k, slopes in enumerate(self._slopes):
             (low, high), step = places[1 + 2 * k : 3 + 2 * k], values[2 + 2 * k, k] - values[1 + 2 * k, k]
             if step > 0.0:
-                slopes[:] = _nearest(known, (high - low) / step, _NEAR * self._grid / step)
+                slopes[:] = _nearest(known, (high - low) / step, LENGTHS_NEAR * self._grid / step)
         self._base = np.zeros(places.shape[1])
         self._base = places[0] - self._places(values[:1])[0]
         largest = np.abs(np.where(self._is_other, 0.0, numbers)).max(initial=np.abs(ends).max())

@@ -17,17 +17,14 @@ from numpy.typing import NDArray
 from linkages.base.errors import AssemblyError, InputError
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.block import Contents, are_floats, contents, starts
+from linkages.engines.numerics import NEIGHBOURS_SAME, NEIGHBOURS_STEP, NEIGHBOURS_UNIT, NEIGHBOURS_ZERO
 from linkages.input.model.experiment import value_unit
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.results.derivatives import Direction
 from linkages.system import System
 from linkages.system.owners import Fill, owners
 
-_STEP = 3e-5  # of differences, in parts of the value
-_ZERO = 1e-7  # values of a smaller magnitude count as zero, SI units
 _UNITS = {"m/s2": 10.0}  # magnitudes of a value of zero, by its unit
-_UNIT = 1e-2  # of other units
-_SAME = 1e-15  # relative change of a number by rounding: the value does not change it
 #: Places and weights of differences of the second order: central, or to one side at a limit of the value.
 _STENCILS = ((-1, 1), (-1 / 2, 1 / 2)), ((1, 2), (2.0, -1 / 2)), ((-1, -2), (-2.0, 1 / 2))
 
@@ -41,13 +38,13 @@ class Rates(NamedTuple):
 
 def magnitude_of(path: str, value: float) -> float:
     """Return the magnitude of a value: its own, or that of its unit if it is zero."""
-    return _unit(path) if abs(value) <= _ZERO else abs(value)
+    return _unit(path) if abs(value) <= NEIGHBOURS_ZERO else abs(value)
 
 
 @lru_cache(1000)
 def _unit(path: str) -> float:
     """Return the magnitude of a value of zero."""
-    return _UNITS.get(value_unit(path), _UNIT)
+    return _UNITS.get(value_unit(path), NEIGHBOURS_UNIT)
 
 
 def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighbours]:
@@ -99,7 +96,7 @@ class Neighbours:
         """Return the systems, and the weights of their numbers."""
         for places, weights in _STENCILS:
             try:
-                return [self._moved(place) for place in places], np.array(weights) / (_STEP * self.magnitude)
+                return [self._moved(place) for place in places], np.array(weights) / (NEIGHBOURS_STEP * self.magnitude)
             except InputError as error:
                 problem = error
             except AssemblyError as error:
@@ -108,7 +105,7 @@ class Neighbours:
         raise problem
 
     def _moved(self, place: int) -> System:
-        step, value = place * _STEP * self.magnitude, self.system.value
+        step, value = place * NEIGHBOURS_STEP * self.magnitude, self.system.value
         found = self.system.replaced({path: value(path) + step * rate for path, rate in self.along.items()})
         _ = found.assembly  # a failure leads to another stencil
         return found
@@ -158,7 +155,7 @@ class Neighbours:
             raise self._other_structure()
         values = np.stack([one[places] for one in words]).view(np.float64)
         with np.errstate(invalid="ignore"):
-            differ = np.abs(values[1:] - values[0]).max(axis=0, initial=0.0) > _SAME * np.abs(values[0])
+            differ = np.abs(values[1:] - values[0]).max(axis=0, initial=0.0) > NEIGHBOURS_SAME * np.abs(values[0])
         kept = np.isfinite(values).all(axis=0) & differ
         return places[kept], values[:, kept]
 

@@ -34,6 +34,7 @@ from linkages.engines.compiled.run.job import make_given
 from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
+from linkages.engines.numerics import SENSITIVITY_AT_ONCE, SENSITIVITY_FELT, SENSITIVITY_FINE
 from linkages.laws.states import LATCHED
 from linkages.mechanics.integrate.stepper import make_stepper
 from linkages.mechanics.planar.arrays import size_of
@@ -41,9 +42,6 @@ from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 from linkages.results.outputs.columns import Columns
 from linkages.results.outputs.registry import pack
-
-_FINE = 1e-10  # accuracy of runs below which a grade of 3 has more than 1 % of the error of the run
-_FELT = 0.01  # part of its scale by which an error of a run may change the state while derivatives have a meaning
 
 
 class Sensitivity(NamedTuple):
@@ -100,7 +98,7 @@ class Differentiation:
         steps, depths = packed(steps), np.zeros((len(steps.times) * bool(system.touching.any()), len(system.touching)))
         find_depths(equations, steps, depths)
         settings = runner.tolerance, steps, kinks(system), runner.start, depths
-        grade = 2.0 if system.settings.accuracy < _FINE else 3.0
+        grade = 2.0 if system.settings.accuracy < SENSITIVITY_FINE else 3.0
         self._run = packed(Run(equations, variation, stepper, *settings, grade))
         self._ideals = IdealMotions()
 
@@ -142,7 +140,7 @@ class Differentiation:
         own = found.states.shape[2] - len(self._nearby)  # columns of the state itself end there
         growth = np.abs(found.states[:, :, own - ny : own] * scale / scale[:, None]).max(axis=(1, 2), initial=0.0)
         accuracy = self.runner.system.settings.accuracy
-        beyond = np.flatnonzero(accuracy * growth[: found.known] > _FELT)
+        beyond = np.flatnonzero(accuracy * growth[: found.known] > SENSITIVITY_FELT)
         if not len(beyond):
             return found
         found.states[beyond[0] :], found.memory[beyond[0] :] = np.nan, np.nan
@@ -170,9 +168,10 @@ class Differentiation:
     def outputs(self, times: Array, names: Sequence[str] | None = None) -> tuple[Columns, dict[str, Columns]]:
         """Compute outputs at any times of the run, and their derivatives by path."""
         table = OutputTable(self.runner.system, names, self._nearby, self._ideals)
+        count = -(-len(times) // SENSITIVITY_AT_ONCE) or 1  # changes of all states take memory
         parts = [
             table.evaluate(part, *self.states_and_changes(part))
-            for part in np.array_split(times, -(-len(times) // _AT_ONCE) or 1)  # changes of all states take memory
+            for part in np.array_split(times, count)
         ]
         values = _joined([own for own, _ in parts])
         return values, {near.path: _joined([rates[near.path] for _, rates in parts]) for near in self._nearby}
@@ -191,7 +190,6 @@ def _joined(parts: Sequence[Columns]) -> Columns:
 
 
 _BEYOND = 3
-_AT_ONCE = 2000  # most times of one evaluation
 _STATUS = {KNOWN: OK, SINGULAR: STUCK, GRAZED: GRAZING, _BEYOND: HORIZON}
 
 

@@ -13,6 +13,7 @@ from linkages.base.kernel.dual import DIRECTIONS, dual_array
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.engines.compiled.derivatives.neighbours import Neighbours
 from linkages.engines.compiled.run.model import start_state
+from linkages.engines.numerics import START_DERIVATIVES_DEPENDENT, START_DERIVATIVES_LEFT
 from linkages.mechanics.planar.bodies import Bodies, make_motion, make_pose
 from linkages.mechanics.planar.closure import jacobian_at
 from linkages.mechanics.planar.closure_rows import row_rate, row_value
@@ -20,9 +21,6 @@ from linkages.mechanics.planar.kinematics import body_states
 from linkages.system import System
 from linkages.system.replacing import keeps_start
 from linkages.system.tree import without
-
-_DEPENDENT = 1e-11  # singular values of dependent rows, in parts of the largest, are below
-_LEFT = 1e-9  # largest change of the closure rows that the coordinates leave, in parts of the largest without them
 
 
 class Closure(NamedTuple):
@@ -96,8 +94,8 @@ def _followed(system: System, nearby: Sequence[Neighbours]) -> Array | None:
     start.q[moved], start.v[moved] = closure.value.places, closure.value.speeds
     for x, changes in zip((start.q, start.v), errors.view(np.ndarray)[:, :, 1:], strict=True):
         _set_errors(start)
-        found = np.linalg.lstsq(inner, -changes, _DEPENDENT)[0]
-        if np.abs(inner @ found + changes).max(initial=0.0) > _LEFT * np.abs(changes).max(initial=0.0):
+        found = np.linalg.lstsq(inner, -changes, START_DERIVATIVES_DEPENDENT)[0]
+        if np.abs(inner @ found + changes).max(initial=0.0) > START_DERIVATIVES_LEFT * np.abs(changes).max(initial=0.0):
             return None
         x[free, 1:] = found
     both = np.concatenate([start.q[tree.free_dofs], start.v[tree.free_dofs]])
