@@ -19,7 +19,6 @@ from linkages.input.functions.definitions import Quantity
 from linkages.input.functions.recorded_tables import FromFile
 from linkages.input.model.capabilities import check_analysis
 from linkages.input.model.check import check
-from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import JointModel
 from linkages.input.model.mechanism import Frame, Link, Mechanism
@@ -140,7 +139,7 @@ class System(Brief):
     named_loads: tuple[tuple[str, str], ...] = field(init=False)
     acting: tuple[tuple[str, str], ...] = field(init=False)
     wheels: Mapping[str, float] = field(init=False)
-    drives: Mapping[str, Drive] = field(init=False)
+    drives: Mapping[str, Any] = field(init=False)
     actuators: Sequence[str] = field(init=False)
     functions_read: Collection[str] = field(init=False)
     ramp: float = field(init=False)

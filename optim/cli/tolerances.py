@@ -65,6 +65,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the machines of a study and judge them; returns the exit status."""
+    from linkages.show.plots.quantities import share
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.load import find_study, load_study
     from optim.report.tables import tolerated
@@ -92,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
     write_json(folder / RESULT, result)
     table, shares = format_tolerances(study, result), result["yield"]
     low, high = shares["interval"]
-    answer = [f"{shares['value']:.2%} of the machines meet all limits ({low:.2%} to {high:.2%})."]
+    answer = [f"{share(shares['value'])} of the machines meet all limits ({share(low)} to {share(high)})."]
     question = "Which share of the machines meets the limits?"
     record(options, folder, result["title"], question, answer, table, *tolerated(study, result)[::-1])
     names = [STORE, RESULT, "record.json"]

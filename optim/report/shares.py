@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from linkages.base.brief import counted
 from linkages.base.palette import IDEAL, IDEAL_LINE, INK, LINE, SOFT
 from linkages.show.plots.names import name_of_value
-from linkages.show.plots.panels import legend_below, make_panels, narrow, page, say
+from linkages.show.plots.panels import legend_below, make_panels, narrow, note, page, say
 from linkages.show.plots.quantities import number
 from linkages.show.plots.style import COLORS, axis_label, engineering, small_text
 from optim.problem.study import Array, Study
@@ -70,7 +70,7 @@ def _indices(study: Study, report: Mapping[str, Any]) -> Figure:
         told.append(_most(study, name, {path: row["total"] for path, row in entry["variables"].items()}))
         style_shares(ax, name, places, study)
     few = f"; grey: uncertain, {counted(report['evaluations'], 'design')} are too few" if vague else ""
-    say(figure, *[one for one in told if one][:2], f"bars of 95 % confidence{few}")
+    say(figure, *[one for one in told if one][:2], f"Lines: 95 % confidence{few}")
     legend_below(figure, axes[:1])
     return figure
 
@@ -149,7 +149,8 @@ def _one_at_a_time(study: Study, report: Mapping[str, Any]) -> Figure:
                 ax.set_ylabel(textwrap.fill(label, _NAME))
             ax.tick_params(labelleft=k % across == 0)
     told = (_widest(study, name, entry["variables"]) for name, entry in quantities.items())
-    say(figure, *[one for one in told if one][:2], "one variable at a time between its bounds; grey: nominal")
+    say(figure, *[one for one in told if one][:2] or ["No variable alone changes a quantity"])
+    note(figure, "One variable at a time between its bounds. Grey: nominal.")
     return figure
 
 

@@ -14,7 +14,7 @@ from linkages.base.palette import IDEAL, IDEAL_LINE, INK, LIMIT, LIMIT_LINE, SOF
 from linkages.show.plots.names import name_of_value
 from linkages.show.plots.panels import legend_below, make_panels, say
 from linkages.show.plots.presentation import presentation
-from linkages.show.plots.quantities import number
+from linkages.show.plots.quantities import share
 from linkages.show.plots.style import COLORS, axis_label, engineering
 from optim.problem.study import Array, Study
 from optim.report.figures import scaled_label, write
@@ -45,8 +45,8 @@ def write_tolerances(study: Study, result: ToleranceResult, sample: Sample, fold
 def yield_said(result: ToleranceResult) -> str:
     """Tell which share of the machines meets all limits."""
     found = result["yield"]
-    share, low, high = (number(100.0 * one, 3) for one in (found["value"], *found["interval"]))
-    return f"{share} % of {counted(result['samples'], 'machine')} meet all limits ({low} to {high} %)"
+    good, low, high = (share(one) for one in (found["value"], *found["interval"]))
+    return f"{good} of {counted(result['samples'], 'machine')} meet all limits ({low} to {high})"
 
 
 def _histograms(study: Study, result: ToleranceResult, quantities: Quantities) -> Figure:
@@ -76,8 +76,8 @@ def _contributions(study: Study, result: ToleranceResult, quantities: Quantities
         rows = [entry["variance"]["values"][one] for one in study.names] if entry["variance"] else []
         for key, shift, color, text in (("first", -0.2, COLORS[3], "alone"), ("total", 0.2, COLORS[0], "with others")):
             half = 1.96 * np.array([row[f"{key}_error"] for row in rows], dtype=np.float64)
-            share = np.array([row[key] for row in rows], dtype=np.float64)
-            draw_shares(ax, places + shift, share, half, color, text)
+            part = np.array([row[key] for row in rows], dtype=np.float64)
+            draw_shares(ax, places + shift, part, half, color, text)
         style_shares(ax, name, places, study)
     found = {name: one for name, one in result["contributions"].items() if one["halved"] is not None}
     axes[-1].errorbar(
@@ -98,8 +98,8 @@ def _contributions(study: Study, result: ToleranceResult, quantities: Quantities
     if best is None:
         say(figure, yield_said(result))
     else:
-        halved, value = number(100.0 * found[best]["halved"], 3), name_of_value(study.paths[study.names.index(best)])
-        say(figure, f"Half the tolerance of the {value} raises the yield most: from {number(now, 3)} to {halved} %")
+        halved, value = share(found[best]["halved"] or 0.0), name_of_value(study.paths[study.names.index(best)])
+        say(figure, f"Half the tolerance of the {value} raises the yield most: from {share(0.01 * now)} to {halved}")
     legend_below(figure, axes[:1])
     return figure
 

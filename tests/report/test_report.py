@@ -83,7 +83,7 @@ def test_the_tables_hold_the_summary_beside_ideal_joints_with_errors(page, resul
         return float(text.replace("−", "-"))
 
     value, ideal = summary["outputs"]["coupler.ax"], summary["ideal"]["outputs"]["coupler.ax"]
-    cells = table["coupler.ax [m/s²]"]
+    cells = table["Acceleration x of coupler [m/s²]"]
     for text, expected in zip(cells, (ideal["min"], ideal["max"], value["min"], value["max"]), strict=False):
         assert number(text) == pytest.approx(expected, rel=5e-3)  # three digits
         assert len(text.lstrip("−0.").replace(".", "").partition("e")[0].rstrip("0")) <= 3

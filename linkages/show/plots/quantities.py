@@ -7,6 +7,7 @@ import math
 from linkages.show.plots.style import engineering, readable
 
 MANIFOLD = 2.0  # ratio from which a change is a multiple
+_NEARLY = 0.99  # part of a whole from which what is lacking has two digits
 SAME = 1e-4  # relative change that is neglected
 
 
@@ -47,16 +48,20 @@ def quantity(value: float, si: str, digits: int = 4) -> str:
 
 
 def share(part: float) -> str:
-    """Write a part of a whole in per cent.
+    """Write a part of a whole in per cent; near the whole with two digits of what is lacking.
 
     Examples
     --------
     >>> from linkages.show.plots.quantities import share
     >>> share(0.0008832), share(3e-5), share(0.0), share(0.4776)
     ('0.088 %', '< 0.01 %', '0 %', '48 %')
+    >>> share(0.99871), share(1.0), share(1.2)
+    ('99.87 %', '100 %', '120 %')
     """
     if part == 0.0:
         return "0 %"
+    if _NEARLY < part < 1.0:
+        return f"{100.0 * part:.{min(1 - math.floor(math.log10(100.0 * (1.0 - part))), 6)}f} %"
     return "< 0.01 %" if abs(part) < 1e-4 else f"{number(100.0 * part, 2)} %"
 
 

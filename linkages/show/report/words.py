@@ -13,6 +13,7 @@ import tomlkit
 from linkages.base.errors import ARGUMENT, COMMAND_LINE, Status, listed
 from linkages.input.files.magnitudes import rounded
 from linkages.results.shape import peaks_by_key
+from linkages.show.plots.names import name_of_output, sentence
 from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report.result_folder import Results
@@ -91,7 +92,8 @@ def effects(summary: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], list[tup
     shown, apart, film = reported(summary), [], []
     for name, value in shown.get("difference", {}).items():
         unit = shown_unit(output_unit(name, shown["drives"]))
-        apart.append((f"{name} [{unit}]", value["peak"], value["time"], percent(value["share"])))
+        label = f"{sentence(name_of_output(name))} [{unit}]"
+        apart.append((label, value["peak"], value["time"], percent(value["share"])))
     for name, joint in shown["joints"].items():
         if found := joint.get("film_thickness"):
             film.append((f"{name} [{shown_unit('m')}]", found["min"], found["time"], percent(found["share"])))

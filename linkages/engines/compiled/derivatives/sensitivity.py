@@ -169,10 +169,7 @@ class Differentiation:
         """Compute outputs at any times of the run, and their derivatives by path."""
         table = OutputTable(self.runner.system, names, self._nearby, self._ideals)
         count = -(-len(times) // SENSITIVITY_AT_ONCE) or 1  # changes of all states take memory
-        parts = [
-            table.evaluate(part, *self.states_and_changes(part))
-            for part in np.array_split(times, count)
-        ]
+        parts = [table.evaluate(part, *self.states_and_changes(part)) for part in np.array_split(times, count)]
         values = _joined([own for own, _ in parts])
         return values, {near.path: _joined([rates[near.path] for _, rates in parts]) for near in self._nearby}
 
