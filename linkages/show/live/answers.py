@@ -292,7 +292,7 @@ def front_end(name: str) -> str:
     if name == "live.css":
         page = ".linkages-live"
         own = own_text("linkages.show.live", name)
-        return css(page, chosen=True) + repainted(f"{page} .picture ") + "\n" + shared_style() + own
+        return css(page, chosen=True) + repainted(f"{page} .picture ") + "\n" + shared_style(page) + own
     return own_text("linkages.show.live", name)
 
 

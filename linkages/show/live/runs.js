@@ -37,7 +37,7 @@ export function runs(page) {
     });
     const rows = sorted.map((run) => [button(`${run.number}`, () => page.apply(run.values), `go back to run ${run.number}`),
       ...all.slice(1).map((column) => column.of(run)).map((cell) => (typeof cell === "number" ? number(cell, 5) : cell))]);
-    page.open("Runs", [make("div", {class: "scrolled", tabindex: 0, role: "region", "aria-label": "table of runs"}, table(heads, rows, {class: "runs"}))],
+    page.open("Runs", [make("div", {class: "scroll", tabindex: 0, role: "region", "aria-label": "table of runs"}, table(heads, rows, {class: "runs"}))],
       button("CSV", () => write(all), "write all runs as CSV"));
   }
   function write(all) {

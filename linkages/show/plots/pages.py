@@ -115,15 +115,16 @@ def script(*names: str) -> str:
     return "".join(own_text("linkages.show.plots", f"{name}.js") for name in names or ("curves", "moves"))
 
 
-def shared_style() -> str:
-    """Return the style of curves."""
-    return own_text("linkages.show.plots", "curves.css")
+def shared_style(holder: str = "") -> str:
+    """Return the style that all pages share, of an element with a selector, by default of the page."""
+    rules = own_text("linkages.show.plots", "base.css")
+    return f"{holder} {{\n{rules}}}\n" if holder else rules
 
 
 def page_style(own: str = "") -> Markup:
     """Return the style of a page: colours, text, curves, drawings, and rules of its own."""
     text = own_text("linkages.show.plots", "page.css")
-    return Markup("\n".join([palette.css(), text, shared_style(), repainted(".picture "), own]))
+    return Markup("\n".join([palette.css(), shared_style(), text, repainted(".picture "), own]))
 
 
 def seen(time: Array, values: Array, intervals: int) -> NDArray[np.int64]:
