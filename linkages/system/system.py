@@ -25,7 +25,6 @@ from linkages.system.assembly import Assembly, assemble, balanced, independent, 
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.feedforward import with_feedforward
-from linkages.system.flexible_link import beam_records
 from linkages.system.lightness import check_lightness, first_alone
 from linkages.system.load_records import Packed, pack_loads
 from linkages.system.tree import Tree
@@ -240,7 +239,7 @@ class System(Unassembled):
             return twin.arrays._replace(**own)
         moved = tree.driven_dofs, tree.powered_dofs
         dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
-        applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *beam_records(tree), self.gravity
+        applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self.rods, self.gravity
         # calls by address assume contiguous arrays without a check
         rest = map(np.ascontiguousarray, (self.ends, tree.joint_records(), *joints, *dofs, *applied))
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.deformable else tree.bodies

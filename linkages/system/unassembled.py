@@ -31,7 +31,7 @@ from linkages.system.description import Description
 from linkages.system.drive_travel import drive_travel
 from linkages.system.facts import facts
 from linkages.system.film_steps import film_steps, with_film_step
-from linkages.system.flexible_link import flexible_link
+from linkages.system.flexible_link import beam_records, flexible_link
 from linkages.system.joints import SystemJoint, joints_of
 from linkages.system.law_records import ContactLaws, LawStates, contact_laws
 from linkages.system.lightness import negligible_inertials
@@ -286,6 +286,11 @@ class Unassembled(Brief):
     def start_offsets(self) -> Array:
         """Return the values (nr,) of the closure rows at the start: journals' offsets, places in the backlash."""
         return start_offsets(self.tree, self.experiment)
+
+    @property
+    def rods(self) -> tuple[Records, Records, Records]:
+        """Return the deformable bodies as records of their internal forces, their stations, and the shapes at these."""
+        return beam_records(self.tree)
 
     # -- contacts ----------------------------------------------------------------------------------
 
