@@ -15,8 +15,8 @@ class Source(Enum):
     BETWEEN = "the sum of its two contacts: effort on the second joint, transmitted power, place between them"
     EFFORT = "torque or force of the drive on its joint, rate of the joint, power"
     EFFORT_OF_WHEEL = "the same of a drive that turns a gearbox' output wheel"
-    ALONG = "extremes along each flexible link: deflection, moment, stress, compressive force, and places of two"
-    FRAME = "the deflection of each frame on a flexible link"
+    ALONG = "extremes along each deformable link: deflection, moment, stress, compressive force, and places of two"
+    FRAME = "the deflection of each frame on a deformable link"
     CONTACT = "each of its contacts, with the outputs of `linkages.mechanics.planar.contacts`"
 
 

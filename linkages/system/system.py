@@ -36,6 +36,7 @@ from linkages.system.equilibrium import resting_offsets
 from linkages.system.facts import facts
 from linkages.system.feedforward import with_feedforward
 from linkages.system.film_steps import film_steps, least_force
+from linkages.system.flexible_link import beam_records
 from linkages.system.ideal_linkage import IdealLinkage, motions_of, torques_of, tree_of
 from linkages.system.joints import SystemJoint, joints_of
 from linkages.system.law_records import ContactLaws, LawStates, contact_laws
@@ -392,6 +393,11 @@ class System(Brief):
     def reach(self) -> Array:
         """Return the eccentricity at which a journal leaves its film, (nc,) [m], see `Contacts.reach`."""
         return self._contact_records.reach
+
+    @property
+    def rods(self) -> tuple[Records, Records, Records]:
+        """Return the deformable bodies as records of their internal forces, their stations, and the shapes at these."""
+        return beam_records(self.tree)
 
     @property
     def law_states(self) -> LawStates:

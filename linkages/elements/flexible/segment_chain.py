@@ -18,6 +18,7 @@ from typing import Protocol
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.elements.coordinates import HINGE
 from linkages.input.files.raw_model import LinkBeam
 
 Columns = Mapping[str, Array]  #: of a run of the rigid linkage, by name
@@ -37,10 +38,6 @@ class Cut(Protocol):
     @property
     def translation(self) -> Array:
         """Return the place of its frame in the world, (3,) [m]."""
-
-
-#: Separator of link name and hinge number in the name of a hinge.
-HINGE = "/hinge"
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,13 +15,10 @@ from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.magnitudes import decimal, decimal_or_nan, implausible
 from linkages.input.files.raw_model import Pose, rotation
-from linkages.input.files.xml import label
+from linkages.input.files.xml import ANNOTATIONS, label
 
 _UNITS = {"m": "metres"}
 _POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
-
-#: Sizes that a file of this program adds to the parts of a machine, by the parts' table.
-ANNOTATIONS = {"joints": ("bearing", "slot"), "links": ("beam",)}
 
 #: Entries of an <inertia>: their indices in the tensor.
 INERTIA = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}

@@ -23,7 +23,7 @@ import numpy as np
 
 from linkages.base.errors import AssemblyError, InputError, nearest
 from linkages.base.kernel import Records
-from linkages.elements.flexible.segment_chain import HINGE
+from linkages.elements.coordinates import HINGE
 from linkages.results.outputs import elements
 from linkages.results.outputs.bodies import COORDINATES, LINKAGE, POINTS
 from linkages.results.outputs.contacts import PLAY

@@ -21,7 +21,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
 from linkages.elements.analysis import Analysis
 from linkages.engines.assessment import ideal, simulate
-from linkages.input.files.elements import ANNOTATIONS
+from linkages.input.files.xml import ANNOTATIONS
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
