@@ -40,7 +40,7 @@ class ErrorOfRuns:
     worst : float
         Largest shift in deviations of white residuals.
     ended : bool
-        Whether the limit of time ended the search.
+        Whether the limit of time ended the search, or the accurate runs after it.
     """
 
     accuracy: float
@@ -58,10 +58,12 @@ class ErrorOfRuns:
         said = []
         if self.ended:
             said.append(
-                f"the limit of time, {seconds or USUAL:g} s, ended the search: these are its best values; fit.time"
-                " raises it"
+                f"the limit of time, {seconds or USUAL:g} s, ended the fit: these are its best values; fit.time raises"
+                " it"
             )
-        if math.isnan(self.worst):
+        if math.isnan(self.worst) and self.ended:
+            said.append("the error of the runs is not known: the limit of time left no more accurate run")
+        elif math.isnan(self.worst):
             said.append("the error of the runs is not known: more accurate runs do not reach their end")
         elif self.worst > _ENOUGH:
             said.append(
@@ -72,20 +74,27 @@ class ErrorOfRuns:
 
 
 def accurate(
-    residuals: Residuals, found: Fitted, show: Callable[[str], None] = lambda text: None
+    residuals: Residuals, found: Fitted, show: Callable[[str], None] = lambda text: None, converged: bool = True
 ) -> tuple[Residuals, Fitted, ErrorOfRuns]:
     """Repeat a fit with more accurate runs until their error shifts no value by more than a tenth of its deviation.
 
     The shift follows from the residuals of ten times more accurate runs with the same values: the change of the least
-    squares.
+    squares. A search that has not converged is not repeated.
     """
     given = residuals.accuracy()
     if isinstance(residuals, Statistics):  # the scatter of its runs contains their error
         return residuals, found, ErrorOfRuns(given, given, np.zeros(len(found.z)), 0.0)
+    shift, worst, ended = np.full(len(found.z), np.nan), math.nan, False
     for _ in range(_ROUNDS):
+        ended = residuals.budget.late
+        if ended:
+            break
         shift, worst = shifted(residuals, found)
         accuracy = residuals.accuracy()
-        if not worst > _ENOUGH or accuracy <= _FINEST or residuals.budget.late:
+        if not worst > _ENOUGH or accuracy <= _FINEST or not converged:
+            break
+        ended = residuals.budget.late
+        if ended:
             break
         wanted = accuracy * min(_SAFETY * _ENOUGH / worst, _FINER)
         finer = residuals.at_accuracy(max(10.0 ** math.floor(math.log10(wanted)), _FINEST))
@@ -94,7 +103,7 @@ def accurate(
             break
         residuals, found = finer, again
         show(f"solver.accuracy {residuals.accuracy():.0e}, {found.runs} runs")
-    return residuals, found, ErrorOfRuns(residuals.accuracy(), given, shift, worst)
+    return residuals, found, ErrorOfRuns(residuals.accuracy(), given, shift, worst, ended)
 
 
 def shifted(residuals: Residuals, found: Fitted) -> tuple[Array, float]:

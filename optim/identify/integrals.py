@@ -31,7 +31,7 @@ _BEYOND = 1.5  # end of the window, relative to the time of the last of these im
 _DEVIATION = 0.02  # of an integral, relative to its spread
 _POINTS = 6, 10  # binary logarithm of the number of designs: with each unknown one more, up to the second
 _PART = 64  # designs between two looks at the clock
-_TIME = 0.3  # part of the limit of time for designs
+TIME = 0.3  # part of the limit of time for designs
 _SAMPLES = 2000  # most samples of a window with which designs are compared
 _SHIFTS = 51  # most shifts of a clock with which they are compared
 _SHIFT = 0.5  # largest of them, relative to the window
@@ -97,7 +97,7 @@ def near_starts(residuals: Residuals, count: int, seed: int, horizon: float) -> 
     for first in range(0, size, _PART):
         part = slice(first, first + _PART)
         costs[part] = _costs(of_integrals, points[part], horizon)
-        if residuals.budget.used > _TIME:
+        if residuals.budget.used > TIME:
             break
     return points[np.argsort(costs, kind="stable")[:count]]
 
