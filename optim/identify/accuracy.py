@@ -41,7 +41,7 @@ class ErrorOfRuns:
     worst : float
         Largest shift in deviations of white residuals.
     ended : bool
-        Whether the limit of time ended the search.
+        Whether the limit of time ended the search, or the accurate runs after it.
     """
 
     accuracy: float
@@ -59,10 +59,12 @@ class ErrorOfRuns:
         said = []
         if self.ended:
             said.append(
-                f"the limit of time, {seconds or USUAL:g} s, ended the search: these are its best values; fit.time"
-                " raises it"
+                f"the limit of time, {seconds or USUAL:g} s, ended the fit: these are its best values; fit.time raises"
+                " it"
             )
-        if math.isnan(self.worst):
+        if math.isnan(self.worst) and self.ended:
+            said.append("the error of the runs is not known: the limit of time left no more accurate run")
+        elif math.isnan(self.worst):
             said.append("the error of the runs is not known: more accurate runs do not reach their end")
         elif self.worst > ACCURACY_ENOUGH:
             said.append(
@@ -73,20 +75,27 @@ class ErrorOfRuns:
 
 
 def accurate(
-    residuals: Residuals, found: Fitted, show: Callable[[str], None] = lambda text: None
+    residuals: Residuals, found: Fitted, show: Callable[[str], None] = lambda text: None, converged: bool = True
 ) -> tuple[Residuals, Fitted, ErrorOfRuns]:
     """Repeat a fit with more accurate runs until their error shifts no value by more than a tenth of its deviation.
 
     The shift follows from the residuals of ten times more accurate runs with the same values: the change of the least
-    squares.
+    squares. A search that has not converged is not repeated.
     """
     given = residuals.accuracy()
     if isinstance(residuals, Statistics):  # the scatter of its runs contains their error
         return residuals, found, ErrorOfRuns(given, given, np.zeros(len(found.z)), 0.0)
+    shift, worst, ended = np.full(len(found.z), np.nan), math.nan, False
     for _ in range(ACCURACY_ROUNDS):
+        ended = residuals.budget.late
+        if ended:
+            break
         shift, worst = shifted(residuals, found)
         accuracy = residuals.accuracy()
-        if not worst > ACCURACY_ENOUGH or accuracy <= ACCURACY_FINEST or residuals.budget.late:
+        if not worst > ACCURACY_ENOUGH or accuracy <= ACCURACY_FINEST or not converged:
+            break
+        ended = residuals.budget.late
+        if ended:
             break
         wanted = accuracy * min(ACCURACY_SAFETY * ACCURACY_ENOUGH / worst, ACCURACY_FINER)
         finer = residuals.at_accuracy(max(10.0 ** math.floor(math.log10(wanted)), ACCURACY_FINEST))
@@ -95,7 +104,7 @@ def accurate(
             break
         residuals, found = finer, again
         show(f"solver.accuracy {residuals.accuracy():.0e}, {found.runs} runs")
-    return residuals, found, ErrorOfRuns(residuals.accuracy(), given, shift, worst)
+    return residuals, found, ErrorOfRuns(residuals.accuracy(), given, shift, worst, ended)
 
 
 def shifted(residuals: Residuals, found: Fitted) -> tuple[Array, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -73,9 +74,12 @@ class Curves:
     def _at_samples(self) -> tuple[Array, Array]:
         """Return the outputs (no, nt) at all samples, and their derivatives (np, no, nt) from the same steps."""
         count = len(self.paths) if self._exact else 0
-        found = between_nodes(self._run.time, self._times, self._with_slopes if count else self._alone)
+        found = self._between(self._times, self._with_slopes if count else self._alone)
         table = found.reshape(1 + count, len(self.outputs), len(self._times))
         return table[0], table[1:]
+
+    def _between(self, times: Array, evaluate: Callable[[Array], Array]) -> Array:
+        return between_nodes(self._run.time, times, evaluate, self.system.settings.accuracy)
 
     def _alone(self, times: Array) -> Array:
         assert self._run.evaluate is not None
@@ -92,7 +96,7 @@ class Curves:
         if key not in self._known:
             step = step_in_time(times, self.end)
             after, before = np.minimum(inside + step, self.end), np.maximum(inside - step, 0.0)
-            ends = (between_nodes(self._run.time, at, self._alone) for at in (after, before))
+            ends = (self._between(at, self._alone) for at in (after, before))
             self._known[key] = np.subtract(*ends) / (after - before)
         return self._known[key]
 

@@ -26,6 +26,7 @@ from optim.identify.numerics import (
     FIT_SAME,
     FIT_TOGETHER,
     FIT_WORTH,
+    INTEGRALS_TIME,
 )
 from optim.identify.residuals import Evaluated, Residuals
 from optim.identify.schema import Windows
@@ -93,9 +94,13 @@ def fit_from(
     if windows == "impacts" and (horizon := impacts_end(residuals, last)) > residuals.span()[0]:
         return _through_impacts(residuals, z, horizon, last, show)
     horizon = first_window(residuals, last, windows)
-    if windows == "all" and residuals(z, horizon).reason:  # a shorter beginning may run, and lead to values that do
+    if windows != "all":
+        return _grown(residuals, z, horizon, last, show)
+    known = residuals(z, horizon, residuals.linear)
+    if known.reason and not residuals.budget.late:  # a shorter beginning may run, and lead to values that do
         return fit_from(residuals, z, last, "grow", show)
-    return _grown(residuals, z, horizon, last, show)
+    found = _grown(residuals, z, horizon, last, show, known)
+    return replace(found, runs=1 + found.runs)
 
 
 def _through_impacts(
@@ -104,6 +109,8 @@ def _through_impacts(
     """Fit integrals over the first impacts, then samples over windows that grow, unless they do not fit there."""
     runs = 0
     for order in ORDERS:
+        if residuals.budget.late:
+            break
         search = Search(integrated(residuals, horizon, order), z, horizon)
         z, runs = search.solve(FIT_LED).z, runs + search.runs
     search = Search(residuals, z, horizon)
@@ -112,17 +119,20 @@ def _through_impacts(
     if hopeless(residuals, found):
         show(f"first impacts, {found.runs} runs: they do not fit")
         return found
-    grown = _grown(residuals, found.z, horizon, last, show)
+    grown = _grown(residuals, found.z, horizon, last, show, evaluated)
     return replace(grown, runs=found.runs + grown.runs)
 
 
-def _grown(residuals: Residuals, z: Array, horizon: float, last: float, show: Callable[[str], None]) -> Fitted:
-    """Fit over a window, and longer ones as far as derivatives are known."""
+def _grown(
+    residuals: Residuals, z: Array, horizon: float, last: float, show: Callable[[str], None],
+    known: Evaluated | None = None,
+) -> Fitted:  # fmt: skip
+    """Fit over a window, and longer ones as far as derivatives are known; `known` are the residuals of the first."""
     found_last: Fitted | None = None
     runs, history, first = 0, [], residuals.span()[0]
     while True:
-        search = Search(residuals, z, horizon)
-        evaluated = search.solve()
+        search = Search(residuals, z, horizon, known=known)
+        evaluated, known = search.solve(), None
         z, runs = evaluated.z, runs + search.runs
         if evaluated.reason:
             return found_last or Fitted(z, evaluated, horizon, runs, ())
@@ -134,7 +144,7 @@ def _grown(residuals: Residuals, z: Array, horizon: float, last: float, show: Ca
         longer = min(first + FIT_GROWTH * (horizon - first), last)
         if longer > horizon:
             longer = min(longer, _reach(residuals, z, longer))
-        if longer - first <= FIT_WORTH * (horizon - first):
+        if longer - first <= FIT_WORTH * (horizon - first) or residuals.budget.late:
             return found_last
         horizon = longer
 
@@ -171,7 +181,12 @@ def starts(residuals: Residuals, count: int, seed: int, last: float, windows: Wi
     points = np.tile(residuals.start, (len(sobol), 1))
     points[:, :n] = residuals.lower[:n] + sobol * (residuals.upper - residuals.lower)[:n]
     sums = SumsOfSquares(residuals, first, residuals.start, 0.0 * residuals.start, residuals.linear)
-    order = np.argsort(sums(points), kind="stable")
+    costs = np.full(len(points), np.inf)
+    for k in range(0, len(points), FIT_CANDIDATES):
+        costs[k : k + FIT_CANDIDATES] = sums(points[k : k + FIT_CANDIDATES])
+        if residuals.budget.used > INTEGRALS_TIME:
+            break
+    order = np.argsort(costs, kind="stable")
     return np.vstack([residuals.start, points[order[: count - 1]]])
 
 
@@ -253,6 +268,8 @@ def agreeing(all_starts: list[Fitted], best: Fitted) -> int:
 def refine(residuals: Residuals, found: Fitted) -> Fitted:
     """Repeat a fit with the deviations of the residuals, where the file leaves deviations open."""
     for _ in range(FIT_ROUNDS):
+        if residuals.budget.late:
+            return found
         changed = False
         for m, one in enumerate(residuals.task.measurements):
             for c, channel in enumerate(one.channels):

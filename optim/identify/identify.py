@@ -142,6 +142,7 @@ def identify(
             )
     return IdentificationResult(
         **content,
+        time_over=any(runs.ended for *_, runs in results.values()),
         title=task.title,
         file=described(task),
         runs=sum(one.runs for one in all_starts) + max(found.runs - max(one.runs for one in all_starts), 0),
@@ -191,11 +192,11 @@ def _fit(
             f"no start can be fitted: {best.evaluated.reason}; change the start or the limits of the unknowns"
         )
     ended = residuals.budget.late
-    extend(residuals.budget, fit.time)
-    residuals, best, runs = accurate(residuals, refine(residuals, best), show)
+    extend(residuals.budget)
+    residuals, best, runs = accurate(residuals, refine(residuals, best), show, not ended)
     single = len(found) > 1 and agreeing(found, best) == 1
     judged = certainty(residuals, best, fit.deviations, runs.shift, single or ended)
-    return residuals, best, judged, found, replace(runs, ended=ended)
+    return residuals, best, judged, found, replace(runs, ended=ended or runs.ended)
 
 
 class _Checkpoint:

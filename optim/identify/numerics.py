@@ -18,7 +18,6 @@ ACCURACY_ROUNDS = 4  # [1] times that the accuracy is tightened
 ALGEBRA_INDEPENDENT = 1e-9  # [largest] size of an independent column, at least
 
 # budget
-BUDGET_LEAST = 20  # [1] runs that are made in any case
 BUDGET_SEARCH = 0.7  # [limit of time] part for the search; the rest is for accurate runs at its end
 
 # certainty

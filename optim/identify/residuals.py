@@ -187,7 +187,6 @@ class Residuals:
         `regressed` (k,) marks factors and biases that a linear regression replaces by the best ones of this design.
         Without derivatives the Jacobian is zero.
         """
-        self.budget.made += 1
         z, parts, until = z.copy(), [], math.inf
         free = np.zeros(len(z), bool) if regressed is None else regressed
         for m, one in enumerate(self.task.measurements):
@@ -244,7 +243,8 @@ class Residuals:
             factor = self.sensor(z, "factor", m, c)
             line = np.zeros((len(computed), len(z)))
             if derivatives:
-                line[:, mine] = channel.filtered(np.nan_to_num(factor * rates * slopes))
+                for j, k in enumerate(mine):  # one after the other: a million samples take little memory
+                    line[:, k] = channel.filtered(np.nan_to_num(factor * rates[:, j] * slopes[j]))
                 for k, place in enumerate(self.places, len(self.active)):
                     if place == ("shift", m, -1):
                         line[:, k] = channel.filtered(factor * rate)
@@ -288,9 +288,9 @@ class Residuals:
     ) -> tuple[Array, Array]:
         """Return residuals and their derivatives of a column, from its samples and the readings' derivatives.
 
-        `left` are measured less computed samples.
+        `left` are measured less computed samples. The derivatives may take the place of the given ones.
         """
-        return left / deviation, -lines / deviation
+        return left / deviation, np.divide(lines, -deviation, out=lines)
 
 
 def _accurate(one: Measurement, accuracy: float) -> Measurement:

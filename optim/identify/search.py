@@ -20,15 +20,19 @@ class Search:
     Factors and biases are eliminated: each design has its best ones, by linear regression (variable projection, Golub
     and Pereyra 1973; the Jacobian as Kaufman 1975). A design that does not run shortens the step.
 
-    `moving` (k,) marks the values that move; the others stay as in `z`.
+    `moving` (k,) marks the values that move; the others stay as in `z`. `known` are the residuals at values of this
+    horizon, with their best factors and biases.
     """
 
-    def __init__(self, residuals: Residuals, z: Array, horizon: float, moving: NDArray[np.bool_] | None = None) -> None:
+    def __init__(
+        self, residuals: Residuals, z: Array, horizon: float, moving: NDArray[np.bool_] | None = None,
+        known: Evaluated | None = None,
+    ) -> None:  # fmt: skip
         self.residuals, self.horizon, self.runs = residuals, horizon, 0
         moving = np.ones(len(z), np.bool_) if moving is None else moving
         self.z, self.linear, self.moving = z.copy(), residuals.linear & moving, moving & ~residuals.linear
-        self._latest: Evaluated | None = None
-        self._best: Evaluated | None = None
+        self._latest = known
+        self._best = None if known is None or known.reason else known
 
     def at(self, x: Array) -> Evaluated:
         """Evaluate the residuals, once for equal values."""
