@@ -16,6 +16,8 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from nbconvert import MarkdownExporter
 
+from linkages.base.palette import VARIABLES
+
 _ROOT = Path(__file__).resolve().parents[2]
 _NOTEBOOKS = Path(os.environ.get("NOTEBOOKS", _ROOT / "notebooks"))
 #: Weights in the search, by part of the site; a word in a title counts 1000 times one in a text, so a guide's text
@@ -30,6 +32,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     if (_ROOT / "docs" / "references.md").read_text(encoding="utf-8") != references():
         logging.getLogger("mkdocs").warning("references.md is not fresh: python docs/site/make_references.py")
     files.append(File.generated(config, "machines.md", abs_src_path=str(_ROOT / "sdf" / "README.md")))
+    files.append(File.generated(config, "site/palette.css", content=_palette()))
     for path in sorted(_NOTEBOOKS.glob("*.ipynb")):
         name = f"notebooks/{path.stem}"
         page, resources = MarkdownExporter().from_filename(path, {"unique_key": path.stem})
@@ -54,6 +57,22 @@ def on_page_content(content: str, **_: object) -> str:
     """Convert what the Markdown extension marked as formulas, and leave generated lists of keys out of the search."""
     content = _KEYS.sub(lambda found: f"{found[0]} data-search-exclude", content)
     return _FORMULA.sub(_mathml, content)
+
+
+def on_post_page(output: str, **_: object) -> str:
+    """Name the search dialog for screen readers."""
+    return output.replace(
+        'data-md-component="search" role="dialog"', 'data-md-component="search" role="dialog" aria-label="Search"'
+    )
+
+
+def _palette() -> str:
+    """Write the colours of the package as variables of the site's two colour schemes."""
+    schemes = {"default": 0, "slate": 1}
+    rules = {
+        scheme: "".join(f"--{name}: {pair[k]}; " for name, pair in VARIABLES.items()) for scheme, k in schemes.items()
+    }
+    return "".join(f'[data-md-color-scheme="{scheme}"] {{ {rule}}}\n' for scheme, rule in rules.items())
 
 
 def _mathml(found: re.Match[str]) -> str:
