@@ -207,7 +207,7 @@ export function mount(root, answer) {
     if (!text && root.classList.contains("stale")) return; // the reason is still shown
     at(".error").replaceChildren(...text.split(/(?<=\s)|(?=\s)/).map((word) => { // a value that the page has can be shown
       const path = word.replace(/[,;:.]+$/, "");
-      return state.controls.has(path) ? button(word, () => page.pick(path), "show this value") : word;
+      return path.includes(".") && state.controls.has(path) ? button(word, () => page.pick(path), "show this value") : word;
     }));
     at(".error").hidden = !text;
   }

@@ -11,6 +11,7 @@
 | histories          | outputs, forces and torques, ideal and real; deflection and stress of flexible links |
 | journals           | orbits of journals in their clearances, blocks in their slots, contacts over time    |
 | pages              | none: HTML pages from templates; curves as data, and the script that draws them      |
+| lines              | none: pages of lines that change: wearing bearings, modes of the robot               |
 | shown              | none: base class of figures for notebooks                                            |
 | linear_figures     | natural frequencies and mode shapes; Bode plots                                      |
 | changes            | none: changes of peaks with 1 % of values as data, and sentences about them          |
