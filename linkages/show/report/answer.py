@@ -189,9 +189,9 @@ def _unloaded(shown: dict[str, Any], warned: Sequence[dict[str, Any]]) -> list[s
             if (value["peak"] or 0.0) > largest.get((kind, si), ("", 0.0, 0.0))[1]:
                 largest[kind, si] = label, value["peak"], exact["peak"] or 0.0
     told = []
-    for (kind, si), (label, peak, exact) in largest.items():
+    for (kind, si), (label, peak, before) in largest.items():
         owner, _, effort = label.rpartition(" ")
-        ratio = f", {_changed(peak / exact)}" if exact and abs(peak / exact - 1.0) >= _SAME else ""
+        ratio = f", {_changed(peak / before)}" if before and abs(peak / before - 1.0) >= _SAME else ""
         told.append(f"the largest {effort} of the {kind} is {_measured(peak, si)}, of {owner}{ratio}")
     if any(one["kind"] == "gear" for one in warned):
         return ["the joints carry no force but those of teeth or belts, which are not computed", *told]
