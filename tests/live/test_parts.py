@@ -140,7 +140,7 @@ def test_sensitivities_are_bars(page):
     page.search("sdf.links.link2.mass")
     page.button("sensitivities")
     page.wait(lambda: page.browser.find_elements(By.CSS_SELECTOR, ".panel .bars"))
-    first = page.one(".panel .bars th")
+    first = page.one(".panel .bars tbody button")
     assert first.get_attribute("title") == "sdf.links.link2.mass"  # of the force in A
 
 

@@ -82,7 +82,9 @@ def test_curves_tell_values_zoom_and_lead_the_animation(page, results_folder):
     width = page.seen["width"]
     run = load_trajectory(results_folder / "trajectory.npz")
     assert page.seen["curves"] == 5  # two outputs, two clearance joints, a drive
-    time, value = map(float, re.match(r"Angular velocity of follower \[rad/s\] at (\S+) s: (\S+),", read.replace("−", "-")).groups())
+    time, value = map(
+        float, re.match(r"Angular velocity of follower \[rad/s\] at (\S+) s: (\S+),", read.replace("−", "-")).groups()
+    )
     assert value == pytest.approx(np.interp(time, run.time, run["follower.omega"]), rel=1e-3)
     assert part == pytest.approx((0.75 * width - 52) / (width - 64), abs=0.02)
     assert float(zoomed.removesuffix(" s")) < float(whole.removesuffix(" s"))

@@ -91,13 +91,14 @@ export function explore(page) {
     const all = [...new Set([...shownNumbers(), ...lengths.map(({path}) => path)])].slice(0, MOST);
     present(what, reply, (name) => {
       const found = Object.entries(reply.changes).map(([path, of]) => [path, of[name]]).sort(([, a], [, b]) => Math.abs(b ?? 0) - Math.abs(a ?? 0));
-      const most = Math.max(...found.map(([, value]) => Math.abs(value ?? 0)), 1e-12);
-      const bar = (value) => make("meter", {class: value < 0 ? "negative" : "", min: 0, max: most, value: Math.abs(value), "aria-label": "size"});
+      const known = found.map(([, value]) => value).filter((value) => value !== null), most = Math.max(...known.map(Math.abs), 1e-12);
+      const bar = (value) => make("span", {class: value < 0 ? "size negative" : "size"});
       const rows = found.map(([path, value]) => [button(page.labelOf(path), () => page.pick(path), path), number(value, 3),
-        value === null ? make("small", {}, reply.reasons[path][name]) : bar(value)]);
+        value === null ? make("small", {}, reply.reasons[path][name]) : bar(value)]), drawn = table(["value", "%", "size"], rows, {class: "bars"});
+      drawn.querySelectorAll(".size").forEach((one, k) => { one.style.width = `${7 * Math.abs(known[k]) / most}rem`; });
       const more = button(`all ${all.length} values with lengths and masses`, () => sensitivities(all), "may take half a minute");
       return [...(all.length > paths.length ? [more] : []), paragraph(`Change of the peak of ${reply.labels[name]} [%] when a value grows by 1 %:`),
-        ...(found.some(([, value]) => value === null) ? [paragraph(reply.why)] : []), table([], rows, {class: "bars"}), ...ineffective(reply)];
+        ...(found.some(([, value]) => value === null) ? [paragraph(reply.why)] : []), drawn, ...ineffective(reply)];
     });
   }
   async function tolerances() {
