@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.palette import SIZES, SOFT
 from linkages.show.plots.presentation import presentation
-from linkages.show.plots.style import COLUMN, needs_height, small_text
+from linkages.show.plots.style import COLUMN, few_ticks, needs_height, small_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 WIDE = 160.0 / 25.4  # width of figures, unless another one is asked for [in]
 _LETTER = 0.66, 0.56  # mean width of letters over the size of the text: semibold, normal
+_BESIDE = 0.8  # width beside a panel [in]
 _LINE = 1.3  # height of a line of text over its size
 _NEEDED, _NOTE = "needed_height", "note"  # attributes of a figure: its height [in], its remark
 _HANDLE = 5  # letters that the line of a legend's entry takes with its gaps
@@ -50,6 +51,8 @@ def make_panels(
     axes = list(figure.subplots(rows, columns, squeeze=False, **options).ravel())
     for spare in axes[count:]:
         spare.remove()
+    for axis in axes[:count]:
+        few_ticks(axis, figure_width() / columns - _BESIDE)
     return figure, axes[:count]
 
 
