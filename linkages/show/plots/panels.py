@@ -19,7 +19,7 @@ _LETTER = 0.66, 0.56  # mean width of letters over the size of the text: semibol
 _BESIDE = 0.8  # width beside a panel [in]
 _LINE = 1.3  # height of a line of text over its size
 _NEEDED, _NOTE = "needed_height", "note"  # attributes of a figure: its height [in], its remark
-_HANDLE = 5  # letters that the line of a legend's entry takes with its gaps
+_HANDLE = 7  # letters that the line of a legend's entry takes with its gaps
 
 
 def figure_width() -> float:
