@@ -207,7 +207,7 @@ def test_tables_figures_and_pages_have_the_units_of_the_option(study, tmp_path, 
     assert ">[mm]<" in (tmp_path / "mm" / "output_slider.x.svg").read_text()
     assert main(["report", str(tmp_path / "mm"), "--units", UNITS]) == 0
     page = (tmp_path / "mm" / "report.html").read_text(encoding="utf-8")
-    assert "slider.ax [mm/s²]" in page
+    assert "Acceleration x of slider [mm/s²]" in page
     assert '"name": "slider.x", "unit": "mm"' in page
     assert main(["export", str(tmp_path / "mm"), "--to", "csv", "--units", UNITS]) == 0
     head, first, *_ = (tmp_path / "mm" / "trajectory.csv").read_text().splitlines()
