@@ -2,6 +2,7 @@
 
 from itertools import combinations
 
+import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.text import Text
 
@@ -10,7 +11,13 @@ _TOLERANCE = 2.0  # pixels
 
 
 def boxes(figure):
-    """Return all texts of a figure that are seen, with their boxes [px]."""
+    """Return all texts of a figure that are seen, with their boxes [px]; ticks depend on the size of its text."""
+    sizes = [axes.yaxis.label.get_fontsize() for axes in figure.axes]
+    with mpl.rc_context({"font.size": max(sizes, default=9.0)}):
+        return _boxes(figure)
+
+
+def _boxes(figure):
     renderer, hidden = figure.canvas.get_renderer(), set()
     for axes in figure.findobj(Axes):
         hidden |= set() if axes.get_visible() else set(axes.findobj(Text))

@@ -127,6 +127,7 @@ MOVERS = {
     "linkages/system/facts.py",
     "linkages/system/flexible_link.py",
     "linkages/system/joints.py",
+    "linkages/system/rates.py",
     "linkages/system/ideal_linkage.py",
 }
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
@@ -44,14 +43,6 @@ def _largest(tree: Tree, rates: Array) -> float:
 
 
 def _forces(tree: Tree, experiment: Experiment) -> Iterable[float]:
-    """Yield the forces of elements and of drives by torque or force [N]."""
+    """Yield the forces of elements [N]."""
     for kind, _, keys in all_elements_of(experiment.elements):
         yield kind.force(keys, tree.mechanism.slides, tree.extent)
-    for drive in experiment.drives.values():
-        yield from (_magnitude(each) / tree.extent for each in (drive.torque, drive.torques))
-        yield from map(_magnitude, (drive.force, drive.forces))
-
-
-def _magnitude(values: Any) -> float:
-    """Return the largest magnitude of a number or list; zero for None."""
-    return 0.0 if values is None else float(np.abs(values).max())

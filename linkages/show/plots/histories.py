@@ -28,8 +28,10 @@ from linkages.show.plots.style import (
     axis_label,
     color_for,
     engineering,
+    few_ticks,
     figure_style,
     needs_height,
+    presented_width,
     readable,
     small_text,
     stacked_axes,
@@ -251,6 +253,7 @@ def links_figure(assessment: Assessment) -> Figure:
     needs_height(figure, 1.25 * (2 * len(names) + 1))
     grid = figure.add_gridspec(2 * len(names) + 1, 1 if small else 2, width_ratios=[3] if small else [3, 1])
     strain = figure.add_subplot(grid[-1, 0])
+    few_ticks(strain, presented_width(figure) * (1.0 if small else 0.7) - 0.8)
     left, told = [strain], []
     for k, name in enumerate(names):
         deflection, stress = (figure.add_subplot(grid[2 * k + row, 0], sharex=strain) for row in (0, 1))

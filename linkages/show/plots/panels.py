@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.palette import SIZES, SOFT
 from linkages.show.plots.presentation import presentation
-from linkages.show.plots.style import COLUMN, needs_height, small_text
+from linkages.show.plots.style import COLUMN, few_ticks, needs_height, small_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,9 +16,10 @@ if TYPE_CHECKING:
 
 WIDE = 160.0 / 25.4  # width of figures, unless another one is asked for [in]
 _LETTER = 0.66, 0.56  # mean width of letters over the size of the text: semibold, normal
+_BESIDE = 0.8  # width beside a panel [in]
 _LINE = 1.3  # height of a line of text over its size
-_NEEDED = "needed_height"  # attribute of a figure [in]
-_HANDLE = 5  # letters that the line of a legend's entry takes with its gaps
+_NEEDED, _NOTE = "needed_height", "note"  # attributes of a figure: its height [in], its remark
+_HANDLE = 7  # letters that the line of a legend's entry takes with its gaps
 
 
 def figure_width() -> float:
@@ -50,6 +51,8 @@ def make_panels(
     axes = list(figure.subplots(rows, columns, squeeze=False, **options).ravel())
     for spare in axes[count:]:
         spare.remove()
+    for axis in axes[:count]:
+        few_ticks(axis, figure_width() / columns - _BESIDE)
     return figure, axes[:count]
 
 
@@ -95,8 +98,20 @@ def note(figure: Figure, *sentences: str) -> None:
     letters = int(72.0 * figure_width() / (_LETTER[1] * size))
     lines = [line for one in sentences for line in textwrap.wrap(one, letters)]
     if lines:
-        figure.supxlabel("\n".join(lines), x=0.01, ha="left", fontsize=size, color=SOFT)
+        setattr(figure, _NOTE, "\n".join(lines))
+        _write_note(figure)
         grow(figure, _LINE * size * len(lines) / 72.0)
+
+
+def _write_note(figure: Figure) -> None:
+    """Write the remark of a figure at its lower edge, or above the legend that is there."""
+    text: dict[str, Any] = {"fontsize": small_text(), "color": SOFT}
+    for legend in figure.legends:
+        figure.supxlabel("")
+        legend.set_title(getattr(figure, _NOTE, ""))
+        legend.get_title().set(**text)
+    if not figure.legends:
+        figure.supxlabel(getattr(figure, _NOTE), x=0.01, ha="left", **text)
 
 
 def legend_below(figure: Figure, axes: Iterable[Axes] | None = None, **options: Any) -> None:
@@ -109,5 +124,8 @@ def legend_below(figure: Figure, axes: Iterable[Axes] | None = None, **options: 
     longest = max(map(len, found)) + _HANDLE
     columns = max(min(int(72.0 * figure_width() / (_LETTER[1] * small_text() * longest)), len(found)), 1)
     look: dict[str, Any] = {"fontsize": small_text(), "handlelength": 1.6, "columnspacing": 1.2}
-    figure.legend([*found.values()], [*found], loc="outside lower left", ncols=columns, **look | options)
+    look |= {"loc": "outside lower left", "alignment": "left", "ncols": columns}
+    figure.legend([*found.values()], [*found], **look | options)
+    if hasattr(figure, _NOTE):
+        _write_note(figure)
     grow(figure, _LINE * small_text() * -(-len(found) // columns) / 72.0 + 0.05)

@@ -73,6 +73,7 @@ _SHALLOW = 0.62  # least height of a panel on average [inches]
 COLUMN = 100.0 / 25.4  # width of figures below which they have one column of a page [in]
 _LEAST = "least_height"  # attribute of a figure [in]
 _WIDE = 1.25  # of a figure, in parts of its margins: those of smaller ones shrink
+_TICK = 4.5  # width that a number at an axis takes, over the size of its text
 _SMALL = math.radians(0.1)  # smaller angles are shown in mrad or less [rad]
 _TINY = 1e-3  # pure numbers below it are drawn as multiples of a power of ten
 _POWERS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -164,7 +165,23 @@ def stacked_axes(figure: Figure, heights: Sequence[float], gap: float = _GAP, le
     sides = {"left": left / width, "right": 1.0 - _RIGHT / width}
     ends = {"top": 1.0 - top / height, "bottom": _BOTTOM / height}
     grid = {**sides, **ends, "hspace": gap / mean, "height_ratios": heights}
-    return figure.subplots(count, 1, sharex=True, squeeze=False, gridspec_kw=grid)[:, 0]
+    axes = figure.subplots(count, 1, sharex=True, squeeze=False, gridspec_kw=grid)[:, 0]
+    few_ticks(axes[-1], float(presented_width(figure) - left - _RIGHT))
+    return axes
+
+
+def presented_width(figure: Figure) -> float:
+    """Return the width that a figure will have [in]."""
+    asked = presentation().size
+    return asked[0] if asked else float(figure.get_size_inches()[0])
+
+
+def few_ticks(axis: Axes, width: float) -> None:
+    """Limit the numbers at an abscissa of a width [in] to those that fit beside each other, such as 0.0025."""
+    import matplotlib as mpl
+
+    fits = int(72.0 * width / (_TICK * float(mpl.rcParams["font.size"])))
+    axis.locator_params(axis="x", nbins=max(fits, 2))
 
 
 def write_figure(figure: Figure, path: Path) -> Path:

@@ -72,7 +72,7 @@ def write_result_report(folder: Path, path: Path) -> None:
         question=record["question"],
         tiles=record["tiles"],
         remarks=record["answer"],
-        text="" if worn or record["tables"] else record["table"],
+        text="" if worn else record["table"],
         tables=[_joints(worn), _peaks(worn), _stages(worn)] if worn else [page_table(one) for one in record["tables"]],
         animation=next((page for name in _MOVING if (page := read_page(folder / name)) is not None), None),
         figures=[
