@@ -26,6 +26,7 @@
 | coordinates    | what elements do to coordinates and points: couplings, contacts, pushes                 |
 | outputs        | outputs of elements, and where their values come from                                   |
 | pictures       | pictures of elements as data                                                            |
+| models         | what models of joints and links have beside: choices, substitutes on Drake              |
 | validity       | rules on the validity of models in a run                                                |
 | analysis       | what is done with a machine, and why an element cannot take part in it                  |
 | law_tables     | tables that name a law, with the law's declared parameters                              |

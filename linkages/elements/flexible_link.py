@@ -16,9 +16,10 @@ from pydantic import Field
 from linkages.base.arrays import Array
 from linkages.base.errors import listed_briefly
 from linkages.elements.analysis import Analysis, Refusal
-from linkages.elements.element import Checks, Element, Quantities, Substitute, Warned
+from linkages.elements.element import Checks, Element, Quantities, Warned
 from linkages.elements.flexible.choice import CHOICE
 from linkages.elements.flexible.rules import RULES
+from linkages.elements.models import Substitute
 from linkages.elements.outputs import Source
 from linkages.input.files.toml import NonNegative, Table
 

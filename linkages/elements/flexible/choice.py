@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from linkages.base.brief import counted
-from linkages.elements.element import Choice, Modelled
 from linkages.elements.flexible import numerics
+from linkages.elements.models import Choice, Modelled
 
 _STEEL_BAR = {"youngs_modulus": 2.1e11, "density": 7850.0}
 _MODELS = ("rigid", "flexible")

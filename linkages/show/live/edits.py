@@ -9,8 +9,8 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
-from linkages.elements.element import Modelled
 from linkages.elements.machine import OF_PARTS
+from linkages.elements.models import Modelled
 from linkages.input.files.toml import leaves
 from linkages.system import System
 from linkages.system.joints import SystemJoint

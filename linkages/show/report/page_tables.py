@@ -8,7 +8,7 @@ from dataclasses import astuple
 from typing import Any
 
 from linkages.elements.element import Element
-from linkages.elements.machine import KINDS, TABLES, all_elements_of
+from linkages.elements.machine import NAMED, TABLES, all_elements_of
 from linkages.elements.outputs import Source
 from linkages.input.files.magnitudes import rounded
 from linkages.input.files.table_keys import bracketed, table_keys
@@ -180,7 +180,7 @@ def _turning(results: Results) -> list[str]:
     """Name the elements whose contacts are in the table with angles and torques."""
     loads = results.summary.get("loads", {})
     tables = {table: results.experiment.get(table, {}) for table in TABLES}
-    parts = all_elements_of(tables, (kind for kind in KINDS if kind.derived is None))
+    parts = all_elements_of(tables, NAMED)
     return [
         name for kind, name, given in parts if "impacts" in loads.get(name, {}) and _gives(kind, given, loads[name])
     ]
