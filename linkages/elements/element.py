@@ -119,7 +119,7 @@ class Checks(Protocol):
 
 
 class Warned(NamedTuple):
-    """A warning about elements: its kind, what is wrong, and the remedy."""
+    """A warning about elements: its kind, the fault, and the remedy."""
 
     kind: str
     what: str

@@ -21,7 +21,7 @@ from linkages.input.files.versions import determining
 WAIT = 60.0  #: time to wait for a scheduler and for a first worker, by default [s]
 _LOOK = 0.2  # between two looks for the scheduler's file [s]
 _LEAST = 1.0  # time that a scheduler has to answer, and a worker to appear [s]
-_SAID = 3.0  # time after which a line says what is waited for [s]
+_SAID = 3.0  # time after which a line names the awaited part [s]
 _RETRIES = 5  # deaths of its worker that a piece of work survives
 
 

@@ -28,7 +28,7 @@ class _WearBlock(Entry):
 
 
 class Record(Entry):
-    """The schema of ``record.json``: what a command was asked and what it found."""
+    """The schema of ``record.json``: question and results of a command."""
 
     title: str
     question: str

@@ -278,7 +278,7 @@ def _part(system: System, seen: Snapshot, axes: _Axes, part: FlexibleLink, neede
     """Distribute weight and inertia of a substructure over nodes on its deformed axis.
 
     The motion of its points is that of `linkages.mechanics.planar.bodies`. The rest, which is the remainder of H and
-    the error of the quadrature, is added as the force of a rigid acceleration: the sums are those of the run.
+    the error of the quadrature, is added as the force of a rigid acceleration: the sums equal the run's.
     """
     i, w = system.tree.index[part.name], seen.state
     body = seen.model.bodies.records[i]

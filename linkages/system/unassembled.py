@@ -185,7 +185,7 @@ class Unassembled(Brief):
 
     @property
     def rotors(self) -> dict[str, float]:
-        """Return the inertias of links with those of the rotors that turn with them, by path."""
+        """Return the inertias of links and of the rotors that turn with them, by path."""
         found: dict[str, float] = {}
         for kind, _, keys in all_elements_of(self.experiment.elements):
             rotor = kind.rotor(keys)

@@ -123,7 +123,7 @@ def _carriers(bodies: Bodies, rows: Records) -> list[list[int]]:
 
 
 def _coordinates(bodies: Bodies, free: set[int]) -> list[list[int]]:
-    """Return the free coordinates of each body: that of its joint, its modes."""
+    """Return the free coordinates of each body: its joint's, its modes."""
     columns = (bodies.records[name].tolist() for name in ("dof", "eta", "modes"))
     return [[c for c in (dof, *range(eta, eta + modes)) if c in free] for dof, eta, modes in zip(*columns, strict=True)]
 

@@ -34,7 +34,7 @@ class Example(NamedTuple):
 
 
 class Start(NamedTuple):
-    """What the state at t = 0 follows from, besides the linkage."""
+    """Data that determine the state at t = 0, besides the linkage."""
 
     places: Array  # of the drives, (nd,) [rad, m]
     speeds: Array
@@ -43,7 +43,7 @@ class Start(NamedTuple):
 
 
 def start_of(system: System) -> Start | None:
-    """Return what the start follows from; None unless it is the loops and the motions of drives."""
+    """Return the data that determine the start; None unless it is the loops and the motions of drives."""
     tree = system.tree
     if system.settings.start != "centred" or tree.flexible or tree.powered:
         return None

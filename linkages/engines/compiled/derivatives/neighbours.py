@@ -44,7 +44,7 @@ _NONE = Rates(np.zeros(0, np.int64), np.zeros(0))
 
 
 def magnitude_of(path: str, value: float) -> float:
-    """Return the magnitude of a value: its own, or that of its unit if it is zero."""
+    """Return the magnitude of a value: its own, or its unit's if it is zero."""
     return _unit(path) if abs(value) <= _ZERO else abs(value)
 
 
