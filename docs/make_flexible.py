@@ -46,7 +46,7 @@ def curves(joint: dict[str, object], axial: int) -> tuple[np.ndarray, np.ndarray
 
 
 def draw() -> None:
-    """Draw both quantities over the stiffness; thin lines are those of a rigid rod."""
+    """Draw both quantities over the stiffness; thin lines belong to a rigid rod."""
     with figure_style():
         figure = Figure(figsize=(6.5, 6.0), layout="constrained")
         axes = figure.subplots(2, 1, sharex=True)

@@ -115,7 +115,7 @@ OTHERS = """## Commands without a picture
 | do both engines agree? | `linkages compare my.toml` ([guide](compare_engines.md)) |
 | how do I send it to a colleague? | `linkages report results/my` ([guide](reports.md)) |
 | how do I read it in another program? | `linkages export results/my --to csv` ([guide](export.md)) |
-| what is this key called? | `linkages keys clearance` ([list](experiment.md)) |
+| which keys exist? | `linkages keys clearance` ([list](experiment.md)) |
 | is the installation complete? | `linkages doctor` |
 | can my shell complete commands? | `linkages completion bash` ([where](command_line.md#completion)) |
 """

@@ -54,7 +54,7 @@ def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
 
 
 def on_page_content(content: str, **_: object) -> str:
-    """Convert what the Markdown extension marked as formulas, and leave generated lists of keys out of the search."""
+    """Convert the formulas that the Markdown extension marked, and leave generated lists of keys out of the search."""
     content = _KEYS.sub(lambda found: f"{found[0]} data-search-exclude", content)
     return _FORMULA.sub(_mathml, content)
 

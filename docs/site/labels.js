@@ -7,7 +7,7 @@ const repair = () => {
     part.removeAttribute("aria-labelledby");
     part.setAttribute("aria-label", `${title}, list ${k + 1}`);
   });
-  const scrolling = "pre > code:not([tabindex]), .md-typeset__scrollwrap:not([tabindex])";
+  const scrolling = "pre > code:not([tabindex]), .md-typeset__scrollwrap:not([tabindex]), p:has(> img[src$='landing.svg']):not([tabindex])";
   document.querySelectorAll(scrolling).forEach((part) => part.setAttribute("tabindex", "0"));
 };
 new MutationObserver(repair).observe(document.documentElement, {childList: true, subtree: true, attributeFilter: ["tabindex"]});

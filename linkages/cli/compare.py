@@ -28,7 +28,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_experiment(parser, pictures=False)
     meaning = "accuracy of both engines, small so that they are compared and not their tolerances"
     add_number(parser, "--accuracy", 1e-11, "X", meaning)
-    meaning = "longest time of the runs, of which Drake's take minutes; what they reach by then is compared"
+    meaning = "longest time of the runs, of which Drake's take minutes; the reached part is compared"
     parser.add_argument("--limit", type=seconds, default=120.0, metavar="SECONDS", help=f"{meaning}; default: 120")
 
 

@@ -31,7 +31,7 @@ EXAMPLES = """examples:
 """
 _NAMES = 27  # widest check [columns]
 _PLACE = "set NUMBA_CACHE_DIR to a writable folder"
-#: What is missing without a package that not every system has.
+#: Capabilities that are missing without a package that not every system has.
 _WITHOUT = {"drake": "without: the drake engine, compare, --verify, SNOPT, magnified joints in animations"}
 _MINUTES = 8  # time to compile the code of all commands
 _TOLERANCE = 1e-6  # relative tolerance of the self-check; the runs of both engines are ten times more accurate

@@ -137,7 +137,7 @@ def _links(asked: list[str] | None, system: System) -> list[str]:
 def _times(
     asked: list[str] | None, system: System, run: Trajectory, part: Trajectory, links: list[str]
 ) -> dict[str, float]:
-    """Return the times of the cases, by the words of the option; peaks are those of a part of the run."""
+    """Return the times of the cases, by the words of the option; peaks belong to a part of the run."""
     from linkages.base.errors import nearest
     from linkages.results.extremes import extremes
 

@@ -37,7 +37,7 @@ def tightened(system: System, run: Trajectory, ratio: float) -> System:
 
 
 def _finer_films(system: System) -> dict[str, float]:
-    """Return the settings of films with history that are finer than those of a system."""
+    """Return the settings of films with history, finer than a system's."""
     finer = dict[str, float]()
     for name, history in _histories(system).items():
         accuracy = FILM_ACCURACY if history.accuracy is None else history.accuracy

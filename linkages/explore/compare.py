@@ -5,7 +5,7 @@ at different tolerances agree only up to a horizon. Differences are computed up 
 engines; beyond it they would be meaningless.
 
 Drake has no flexible links: its machine has rigid segments. So the compiled engine runs this machine too, and the
-differences are those of the engines. What the segments change is computed apart, in the compiled engine.
+differences show the engines alone. The effect of the segments is computed separately, in the compiled engine.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Comparison(Brief):
     ----------
     runs : dict of str to Trajectory
         By engine.
-        With flexible links those of the machine with rigid segments, in both engines.
+        With flexible links of the machine with rigid segments, in both engines.
     horizons : dict of str to float
         Time up to which an engine's runs at two tolerances agree, or the run's end without contacts, by engine [s].
     differences : dict of str to Difference
@@ -127,7 +127,7 @@ def compare(
     progress : callable, optional
         Called with the name of each stage; returns the stage's progress function.
     limit : float, optional
-        Longest time of the runs [s]: what they have reached by then is compared. Default: none.
+        Longest time of the runs [s]: the reached part is compared. Default: none.
 
     Returns
     -------

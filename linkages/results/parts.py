@@ -76,7 +76,7 @@ class Part:
     def errors(self, of: Mapping[str, float | None]) -> dict[str, float | None]:
         """Estimate the error of each of the run's peaks, by key; empty without the tighter run.
 
-        If the tighter run ends before a part that repeats an earlier one, the errors are those of the earlier one.
+        If the tighter run ends before a part that repeats an earlier one, the errors of the earlier one are taken.
         """
         assessment = self.assessment
         if assessment.tighter is None:

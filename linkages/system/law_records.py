@@ -33,7 +33,7 @@ class LawStates(NamedTuple):
     scales: Array  # magnitudes
 
     def remembered(self, contact: int) -> Remembered:
-        """Return what a contact remembers at the start of a run, before it begins."""
+        """Return the memory of a contact at the start of a run, before it begins."""
         values, own = np.array(NEW), self.places[:, 0] == contact
         values[FIRST_STATE + self.places[own, 1]] = self.starts[own]
         return cast(Remembered, tuple(values.tolist()))

@@ -15,7 +15,7 @@
 | algebra     | linear algebra of least squares                                             |
 | search      | least squares from one start                                                |
 | fit         | least squares from several starts, over windows that grow                   |
-| certainty   | deviations, intervals, what is identifiable, tests of the residuals         |
+| certainty   | deviations, intervals, identifiable values, tests of the residuals          |
 | correlation | correlation of neighbouring residuals                                       |
 | doubts      | warnings, mixtures of unknowns                                              |
 | profile     | profile likelihood of one unknown                                           |

@@ -1,4 +1,4 @@
-"""How certain identified values are: deviations, intervals, what is identifiable, tests of the residuals."""
+"""How certain identified values are: deviations, intervals, identifiable values, tests of the residuals."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def certainty(
 def _independent(jacobian: Array, groups: list[tuple[Any, slice]], correlations: list[Correlation]) -> Array:
     """Return the derivatives (k, k) of independent residuals that would leave the same covariance.
 
-    The values are those of least squares, with White's (1980) covariance for correlated residuals.
+    The values come from least squares, with White's (1980) covariance for correlated residuals.
     """
     scale = np.maximum(np.linalg.norm(jacobian, axis=0), TINY)
     basis, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)

@@ -68,7 +68,7 @@ class Fitted:
 
 
 def first_window(residuals: Residuals, last: float, windows: Windows) -> float:
-    """Return the end of the first window [s]: the last one, or that of the shortest useful window."""
+    """Return the end of the first window [s]: the last one, or the shortest useful window's."""
     horizon, first = last, residuals.span()[0]
     fewest = max(FIT_FIRST, 4 * len(residuals.start))
     while windows != "all":

@@ -28,7 +28,7 @@ class Profile(NamedTuple):
 def profile(residuals: Residuals, found: Fitted, judged: Certainty, k: int) -> Profile:
     """Follow the least chi-square over unknown k, to both sides up to where it has risen by that of the interval.
 
-    A rise counts less where the fit's variance is larger than that of independent residuals.
+    A rise counts less where the fit's variance is larger than for independent residuals.
     """
     wanted = math.sqrt(float(chi2.ppf(LEVEL, 1)))
     least, unit = float(np.sum(found.evaluated.residual**2)), float(judged.inflation[k])

@@ -34,7 +34,7 @@ class Evaluated:
     Attributes
     ----------
     residual : (r,) array
-        Measured less computed samples, in deviations; then those of the priors. Infinite if the design does not run.
+        Measured less computed samples, in deviations; then the priors'. Infinite if the design does not run.
     jacobian : (r, k) array
         Their derivatives with respect to the scaled values; zero where there is none.
     until : float
@@ -115,7 +115,7 @@ class Residuals:
 
     @property
     def names(self) -> list[str]:
-        """Names of all values: the unknowns, then those of the sensors."""
+        """Names of all values: the unknowns, then the sensors'."""
         found = [self.task.names[k] for k in self.active]
         for kind, m, c in self.places:
             one = self.task.measurements[m]

@@ -43,7 +43,7 @@ class Sampling(Table):
 class Sample:
     """Machines of a study: values (m, n), quantities (m, nq), NaN where a run failed, and which meet all limits.
 
-    Their values are those of independent standard normal numbers (m, n).
+    Their values come from independent standard normal numbers (m, n).
     """
 
     normal: Array
@@ -195,5 +195,5 @@ class SampledMachines:
 def _part(
     progress: Callable[[float], None], start: int, size: int, total: int, evaluator: Evaluator
 ) -> Callable[[float], None] | None:
-    """Return what a batch calls with its finished part; None where other processes run it."""
+    """Return the function that a batch calls with its finished part; None where other processes run it."""
     return (lambda part: progress((start + size * part) / total)) if evaluator.executor is None else None

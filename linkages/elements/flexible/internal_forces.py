@@ -1,7 +1,7 @@
 """Internal forces and deflections of flexible links.
 
 Axial force and bending moment follow from equilibrium. The part of a beam beyond a cut, seen from the frame's origin,
-moves under the loads on its sections, its weight and the force at the cut. Its inertia is that of the motion to first
+moves under the loads on its sections, its weight and the force at the cut. Its inertia belongs to the motion to first
 order in the modal coordinates, integrated exactly with the shapes. The alternative, internal forces from the curvature
 of the modes, converges slowly with the number of modes, and these forces do not jump at loads.
 

@@ -84,7 +84,7 @@ class Stepper:
         ``torques.NAME.torque`` [N m], ``forces.NAME.force`` (two components) [N]; and of values that formulas of loads
         and states read: ``values.NAME``. They start at the file's values.
     outputs : sequence of str, optional
-        Names of `outputs`; default: those of the experiment, forces and eccentricities of clearance joints, torques of
+        Names of `outputs`; default: the experiment's, forces and eccentricities of clearance joints, torques of
         drives.
 
     Attributes

@@ -263,7 +263,7 @@ def joint_of(path: Path, model: ET.Element, where: str, name: str) -> ET.Element
 
 
 def deep(owner: ET.Element, place: str) -> ET.Element:
-    """Return the element at a place below another, such as "axis/dynamics"; adds what is missing."""
+    """Return the element at a place below another, such as "axis/dynamics"; adds missing elements."""
     for tag in place.split("/"):
         found = owner.find(tag)
         owner = ET.SubElement(owner, tag) if found is None else found

@@ -16,7 +16,7 @@ class Unsupported(NamedTuple):
 
     key: str  # path in the experiment, with the part's name as {}
     parts: Callable[[Experiment], Iterable[str]]  # names of the parts that have this model
-    problems: Mapping[Analysis, str]  # what is wrong, and the remedy
+    problems: Mapping[Analysis, str]  # the fault, and the remedy
 
 
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"

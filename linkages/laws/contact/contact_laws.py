@@ -215,7 +215,7 @@ def normal_force(
     delta, ddelta : float
         Penetration [m] and its rate. Without penetration a law with states has none, and no rate of it.
     remembered : tuple
-        What the contact remembers.
+        The memory of the contact.
     joint : record of `linkages.laws.PARAMETERS`
     """
     touches = delta > 0.0

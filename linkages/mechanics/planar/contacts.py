@@ -107,7 +107,7 @@ def contact_action(
 ) -> ContactResults:
     """Compute the force (2) and couple on the inner body, and the state of the contact, from `contact_motion`.
 
-    Stop: the friction's couple, 0, and the effort on the row. The state is the rates of what the contact remembers,
+    Stop: the friction's couple, 0, and the effort on the row. The state is the rates of the memory of the contact,
     penetration, its rate, sliding speed, normal load.
     """
     return _action(end, law, table, remembered, motion)

@@ -1,10 +1,9 @@
 """`Workspace`: data that one evaluation of the dynamics fills; the constant model is `Arrays`.
 
-Spatial vectors are those of the plane, with components 0 to 2. A motion is (turn, x, y): the angular velocity and the
-velocity of the frame's origin, or their rates. A wrench is (moment, fx, fy): the moment about the frame's origin and
-the force. Components are in plane axes at the origin of the body's own frame. Quantities of the shapes of deformable
-bodies are entries of generalised vectors (n,). Symbols are those of Featherstone, Rigid Body Dynamics Algorithms, 2008,
-ch. 7:
+Spatial vectors have three components, 0 to 2. A motion is (turn, x, y): the angular velocity and the velocity of the
+frame's origin, or their rates. A wrench is (moment, fx, fy): the moment about the frame's origin and the force.
+Components are in plane axes at the origin of the body's own frame. Quantities of the shapes of deformable bodies are
+entries of generalised vectors (n,). Symbols follow Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7:
 
 | field                  | symbol    | quantity                                                                     |
 |------------------------|-----------|------------------------------------------------------------------------------|

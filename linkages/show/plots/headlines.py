@@ -20,7 +20,7 @@ _WIDE_LETTERS = 70  # that fit above a panel of a wide figure
 
 
 class Headline(NamedTuple):
-    """What a panel of a curve says."""
+    """The headline of a panel with a curve."""
 
     answer: str  # the largest value, and what clearance changes
     difference: str  # from ideal joints; empty without any
@@ -57,7 +57,7 @@ def first_drawn(assessment: Assessment) -> float:
 
 
 def headline(assessment: Assessment, name: str, label: str, error: float = 0.0) -> Headline:
-    """Answer what a column's largest value is, and how it differs from the ideal one.
+    """State a column's largest value, and how it differs from the ideal one.
 
     The numbers belong to the part of the run that tables are about; differences below the error are not told.
     """

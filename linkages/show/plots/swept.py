@@ -149,7 +149,7 @@ def _norm(z: Any) -> Normalize | None:
 
 
 def _contours(axis: Axes, x: Array, y: Array, z: Any, limit: float | None, shown: str) -> list[Line2D]:
-    """Draw contours with their values, and the line of the limit; return what the legend has."""
+    """Draw contours with their values, and the line of the limit; return the entries of the legend."""
     if not z.count() or float(z.max() - z.min()) <= _FLAT * float(np.abs(z).max()):
         return []
     lines = axis.contour(x, y, z, levels=_LEVELS, colors=PAPER, linewidths=0.7)
@@ -177,7 +177,7 @@ def _values(axis: Axes, x: Array, y: Array, z: Any, mesh: QuadMesh) -> None:
 
 
 def _beyond(axis: Axes, x: Array, y: Array, z: Any, limit: float | None, shown: str) -> list[Rectangle]:
-    """Hatch the cells whose values exceed the limit; return what the legend has."""
+    """Hatch the cells whose values exceed the limit; return the entries of the legend."""
     marks: list[Rectangle] = []
     look: dict[str, Any] = {"fill": False, "hatch": "////", "edgecolor": LIMIT, "linewidth": 0.0}
     left, below = _edges(x), _edges(y)

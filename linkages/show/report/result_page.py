@@ -16,7 +16,7 @@ from linkages.show.report.page_tables import number
 from linkages.show.report.result_folder import PICTURES, read_json, read_page
 from linkages.show.report.tables import PageTable, page_table
 
-#: What a command was asked and what it found; content of ``linkages wear``.
+#: Question and results of a command; content of ``linkages wear``.
 RECORD, WEAR = "record.json", "wear.json"
 
 _MOVING = ("wear.html", "animation.html", "drawing.html")  # pages that move, of which one is shown

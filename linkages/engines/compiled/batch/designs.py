@@ -163,7 +163,7 @@ class Designs:
         return True
 
     def _start(self) -> Start | None:
-        """Return what the start of designs follows from, see `start_of`."""
+        """Return the data that determine the start of designs, see `start_of`."""
         with suppress(InputError, AssemblyError):
             return start_of(self.system)
         return None

@@ -39,7 +39,7 @@ def example_of(system: System, values: Array, words: Indices) -> Example:
 
 
 class Start(NamedTuple):
-    """What the state at t = 0 follows from, besides the linkage."""
+    """Data that determine the state at t = 0, besides the linkage."""
 
     places: Array  # of the drives, (nd,) [rad, m]
     speeds: Array
@@ -48,7 +48,7 @@ class Start(NamedTuple):
 
 
 def start_of(system: System) -> Start | None:
-    """Return what the start follows from; None unless it is the loops and the motions of drives."""
+    """Return the data that determine the start; None unless it is the loops and the motions of drives."""
     tree = system.tree
     if not system.starts_unloaded or tree.powered:
         return None

@@ -329,7 +329,7 @@ def set_results(equations: Equations, v: Variation, k: int, motion: ContactMotio
 
 @inlined_kernel
 def _numbers_of(memory: Array) -> Remembered:
-    """Return what a contact remembers, without derivatives."""
+    """Return the memory of a contact, without derivatives."""
     latched, a, b, c = remembered_of(memory)
     return number(latched), number(a), number(b), number(c)
 
