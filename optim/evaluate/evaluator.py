@@ -118,7 +118,7 @@ class Evaluator:
         for found in points:
             failed |= np.array([state != OK for state in found.status])
         status, reason = [OK] * len(table), [""] * len(table)
-        for i in np.flatnonzero(failed):
+        for i in np.flatnonzero(failed).tolist():
             status[i], reason[i] = self._failure(i, table[i], points)
         table[failed] = np.nan
         split = len(study.file.objectives)
