@@ -118,8 +118,8 @@ class Evaluator:
         for found in points:
             failed |= np.array([state != OK for state in found.status])
         status, reason = [OK] * len(table), [""] * len(table)
-        for i in np.flatnonzero(failed):
-            status[i], reason[i] = self._failure(int(i), table[i], points)
+        for i in np.flatnonzero(failed).tolist():
+            status[i], reason[i] = self._failure(i, table[i], points)
         table[failed] = np.nan
         split = len(study.file.objectives)
         return Evaluations(table[:, :split], table[:, split:], tuple(status), tuple(reason))

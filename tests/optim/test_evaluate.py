@@ -15,6 +15,7 @@ from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units, problem_of, values_of
 from optim.evaluate.requests import Statistics
 from optim.problem.load import load_study
+from optim.search.sampled_machines import SampledMachines
 
 STUDY = """
 experiment = "seven_bar.toml"
@@ -307,3 +308,17 @@ def test_formulas_alone_need_no_run(study, monkeypatch):
     assert evaluations.objectives[0, 0] == pytest.approx(0.01)
     assert evaluations.status == ("ok", "no-value")
     assert not asked
+
+
+def test_the_last_chunks_of_machines_halve():
+    """Of 20,000 machines, with work enough in 4096: no worker waits long for the last request of another one."""
+
+    class Wanted:
+        def population(self, least):
+            return 8 * least
+
+    left, sizes = 20_000, []
+    while left:
+        sizes.append(min(SampledMachines._size(None, Wanted(), left), left))
+        left -= sizes[-1]
+    assert sizes == [4096, 4096, 4096, 4096, 2048, 1024, 512, 32]
