@@ -303,7 +303,7 @@ def test_every_value_of_vary_is_checked_under_its_own_name(tmp_path, capsys):
 
 
 def test_an_interrupted_sweep_keeps_the_values_that_are_finished(monkeypatch):
-    monkeypatch.setattr("linkages.engines.threads._LOOK", 1e-3)
+    monkeypatch.setattr("linkages.engines.threads.THREADS_LOOK", 1e-3)
     system, speeds = shipped("slider_crank_dry"), np.linspace(100.0, 300.0, 12)
 
     def interrupted_at(part):
