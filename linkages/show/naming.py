@@ -56,6 +56,8 @@ def value_in_words(path: str) -> str:
     if not keys:
         return f"Parameter {name}" if kind == "parameters" else f"{_sentence(_word(name))} ({kind})"
     text = " ".join(key if len(key) <= _SYMBOL else _word(key) for key in keys)
+    if kind == "joints" and keys == ["pose", "yaw"]:
+        text = "frame angle"  # a drive has an angle, too
     for long, short in _SHORTENED:
         text = text.replace(long, short)
     return f"{_sentence(text)} of {name}"
