@@ -5,7 +5,7 @@ import pytest
 import linkages
 from linkages.results.outputs.registry import names
 from linkages.show.live.controls import controls
-from linkages.show.naming import output_in_words, value_in_words
+from linkages.show.plots.names import name_of_output, name_of_value, sentence
 
 
 @pytest.mark.parametrize(
@@ -18,12 +18,12 @@ from linkages.show.naming import output_in_words, value_in_words
         ("sdf.links.rod.com.x", "Centre of mass x of rod"),
         ("joints.B.contact.youngs_modulus", "Contact Young's modulus of B"),
         ("sdf.parameters.r", "Parameter r"),
-        ("solver.accuracy", "Accuracy (solver)"),
+        ("solver.accuracy", "Accuracy of the solver"),
         ("duration", "Duration"),
     ],
 )
 def test_a_value_has_a_name(path, words):
-    assert value_in_words(path) == words
+    assert sentence(name_of_value(path)) == words
 
 
 @pytest.mark.parametrize(
@@ -32,13 +32,13 @@ def test_a_value_has_a_name(path, words):
         ("slider7.ax", "Acceleration x of slider7"),
         ("A.eccentricity_ratio", "Eccentricity ratio of A"),
         ("slider7.x.jitter", "Position x jitter of slider7"),
-        ("ideal.A.force", "Ideal force of A"),
+        ("ideal.A.force", "Ideal force in A"),
         ("q.C2", "Coordinate of C2"),
         ("energy", "Energy"),
     ],
 )
 def test_an_output_has_a_name(name, words):
-    assert output_in_words(name) == words
+    assert sentence(name_of_output(name)) == words
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_two_outputs_or_values_never_share_a_name(machine):
     """Otherwise a reader could not tell rows of one table apart."""
     system = linkages.load(linkages.find_file(f"{machine}.toml"))
     for found in (
-        [output_in_words(name) for name in names(system)],
-        [value_in_words(path) for path in controls(system)],
+        [sentence(name_of_output(name)) for name in names(system)],
+        [sentence(name_of_value(path)) for path in controls(system)],
     ):
         assert sorted({one for one in found if found.count(one) > 1}) == []

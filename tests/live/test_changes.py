@@ -7,7 +7,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from linkages.show.live.answers import front_end
-from linkages.show.naming import output_in_words, value_in_words
+from linkages.show.plots.names import name_of_output, name_of_value, sentence
 from linkages.show.plots.quantities import number
 
 pytestmark = pytest.mark.skipif(find_browser() is None, reason="needs Chromium and its driver")
@@ -95,8 +95,8 @@ def test_the_page_has_names_and_numbers_of_the_reports(page):
         """return [[...document.querySelectorAll(".row")].map((row) => [row.dataset.path, row.querySelector("label").textContent]),
             [...document.querySelectorAll(".numbers tbody tr")].map((row) => [row.dataset.name, row.querySelector("th span").firstChild.data])];"""
     )
-    assert all(label == value_in_words(path) for path, label in found[0])
-    assert all(label == output_in_words(name) for name, label in found[1])
+    assert all(label == sentence(name_of_value(path)) for path, label in found[0])
+    assert all(label == sentence(name_of_output(name)) for name, label in found[1])
     text = front_end("curves.js").split("export {")[0]
     digits = "return arguments[0].map((value) => number(value));"
     assert page.browser.execute_script(f"{text}\n{digits}", NUMBERS) == [number(value) for value in NUMBERS]

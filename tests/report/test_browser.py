@@ -8,8 +8,8 @@ from browser import find_browser, open_page, picture
 
 from linkages.base.palette import LINKS
 from linkages.results.trajectory import load_trajectory
-from linkages.show.naming import output_in_words
 from linkages.show.plots.animation.magnified import GAP, REACH
+from linkages.show.plots.names import name_of_output, sentence
 from linkages.show.report.page import write_report
 from linkages.show.report.result_folder import load_results
 
@@ -96,7 +96,7 @@ def test_a_curve_goes_with_the_animation(page):
     assert lines == 2
     assert told.startswith("Angular velocity of follower [rad/s] at ")  # a value: it has been moved
     names = ["follower.omega", "coupler.ax", "A.force", "B.force", "O.torque"]
-    assert choices == [output_in_words(name) for name in names]
+    assert choices == [sentence(name_of_output(name)) for name in names]
 
 
 def test_every_figure_renders_and_can_be_enlarged(page, results_folder):

@@ -15,7 +15,7 @@ from linkages.base.errors import InputError, nearest
 from linkages.elements.machine import all_elements_of
 from linkages.input.files.toml import leaves
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
-from linkages.show.naming import value_in_words
+from linkages.show.plots.names import name_of_value, sentence
 from linkages.system import System
 
 _MODELS = ("ideal", "lubricated", "dry", "mixed")
@@ -48,7 +48,7 @@ class Control:
 
     def content(self) -> dict[str, Any]:
         """Return it as the page has it: with its name in words, and the text that a search seeks in."""
-        label, length = value_in_words(self.path), self.unit == "m" and ".com." not in self.path
+        label, length = sentence(name_of_value(self.path)), self.unit == "m" and ".com." not in self.path
         sought = f"{self.path} {label} {'length' if length else ''}".lower()
         return asdict(self) | {"label": label, "sought": sought, "aside": self.path.endswith(_OUT_OF_PLANE)}
 

@@ -24,7 +24,7 @@ from linkages.results.outputs.registry import default_outputs, unit
 from linkages.show.live.controls import Control
 from linkages.show.live.session import Session
 from linkages.show.live.view import FRAMES
-from linkages.show.naming import output_in_words
+from linkages.show.plots.names import name_of_output, sentence
 from linkages.show.plots.pages import short
 from linkages.show.plots.presentation import shown
 from linkages.system import System
@@ -220,7 +220,7 @@ def _described(around: Around, batch: Batch) -> dict[str, dict[str, str]]:
     """Return units and names in words of the outputs of a batch."""
     return {
         "units": {name: unit(around.system, name) for name in batch.outputs},
-        "labels": {name: output_in_words(name) for name in batch.outputs},
+        "labels": {name: sentence(name_of_output(name)) for name in batch.outputs},
     }
 
 

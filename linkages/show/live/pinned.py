@@ -13,9 +13,9 @@ from linkages.results.outputs.registry import unit
 from linkages.show.live.controls import Control
 from linkages.show.live.exploring import is_number
 from linkages.show.live.units import unit_of
-from linkages.show.naming import output_in_words, value_in_words
 from linkages.show.plots.drawing.drawing import draw
 from linkages.show.plots.drawing.svg import svg
+from linkages.show.plots.names import name_of_output, name_of_value, sentence
 from linkages.show.plots.quantities import number
 from linkages.show.report.page import report_page
 from linkages.show.report.page_tables import PageTable
@@ -44,9 +44,10 @@ def pinned_page(system: System, runs: Sequence[Pinned], known: Mapping[str, Cont
     outputs = [*dict.fromkeys(name for run in runs for name in run.peaks)]
     heads = tuple(run.name for run in runs)
     changed = [
-        (f"{value_in_words(path)} ({path})", *(_value(run, path, known, units) for run in runs)) for path in paths
+        (f"{sentence(name_of_value(path))} ({path})", *(_value(run, path, known, units) for run in runs))
+        for path in paths
     ]
-    peaks = [(output_in_words(name), *(_peak(system, run, name, units) for run in runs)) for name in outputs]
+    peaks = [(sentence(name_of_output(name)), *(_peak(system, run, name, units) for run in runs)) for name in outputs]
     file = system.description.source.name
     return report_page(
         title=system.description.heading,

@@ -34,6 +34,7 @@ _WORDS = {
 _PLACES = {"pose yaw": "angle", "pose ": "position ", "com ": "centre of mass "}
 _INSIDE = ("force", "stress", "bending", "compression")  # quantities in their owner, not of it
 _STATISTICS = ("peak", "mean", "rms", "min", "max")
+_IDEAL, _COORDINATE = "ideal.", "q."  # starts of names: outputs of the ideal motion, coordinates of joints
 _SHORT = 2  # letters of a key that is a symbol, such as x and ra
 
 
@@ -45,11 +46,17 @@ def name_of_output(output: str) -> str:
     >>> from linkages.show.plots.names import name_of_output
     >>> name_of_output("A.force"), name_of_output("slider7.ax"), name_of_output("strain_energy")
     ('force in A', 'acceleration x of slider7', 'strain energy')
+    >>> name_of_output("ideal.A.force"), name_of_output("q.C2")
+    ('ideal force in A', 'coordinate of C2')
     """
-    owner, dot, quantity = output.rpartition(".")
-    if not dot:
+    if output.startswith(_IDEAL):
+        return f"ideal {name_of_output(output.removeprefix(_IDEAL))}"
+    if output.startswith(_COORDINATE):
+        return f"coordinate of {output.removeprefix(_COORDINATE)}"
+    owner, *quantity = output.split(".")
+    if not quantity:
         return _spaced(output)
-    return f"{_word(quantity)} {'in' if quantity in _INSIDE else 'of'} {owner}"
+    return f"{' '.join(map(_word, quantity))} {'in' if quantity[-1] in _INSIDE else 'of'} {owner}"
 
 
 def name_of_number(key: str) -> str:
@@ -83,6 +90,8 @@ def name_of_value(path: str) -> str:
     if not keys:
         return f"parameter {owner}" if kind == "parameters" else f"{_word(owner)} of the {_spaced(kind)}"
     text = " ".join(key if len(key) <= _SHORT else _word(key) for key in keys)
+    if kind == "joints" and keys == ["pose", "yaw"]:
+        text = "frame angle"  # a drive has an angle, too
     for part, word in _PLACES.items():
         text = text.replace(part, word)
     return f"{text} of {owner}"

@@ -18,7 +18,7 @@ from linkages.base.arrays import Array
 from linkages.base.palette import repainted
 from linkages.input.files.writing import json_text
 from linkages.results.trajectory import Trajectory
-from linkages.show.naming import output_in_words
+from linkages.show.plots.names import name_of_output, sentence
 from linkages.show.plots.presentation import shown, shown_unit
 
 _HEAD = """<!DOCTYPE html>
@@ -87,7 +87,7 @@ def curves(
     if len(run.time) < 2:
         return []
     return [
-        {"name": name, "label": output_in_words(name), "unit": shown_unit(run.units.get(name, ""))}
+        {"name": name, "label": sentence(name_of_output(name)), "unit": shown_unit(run.units.get(name, ""))}
         | {"run": _drawn(run, name, errors, intervals)}
         | {"ideal": _drawn(ideal, name, errors, intervals)}
         | {"measured": _reduced(*measured[name], intervals, run.units.get(name, "")) if name in measured else None}
