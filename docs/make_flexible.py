@@ -1,4 +1,4 @@
-"""Draws the figure of docs/flexible_theory.md: ``python docs/make_flexible.py``, a minute.
+"""Draws the figure of docs/flexible_limits.md: ``python docs/make_flexible.py``, a minute.
 
 The slider-crank with an elastic rod, over Young's modulus of the rod at unchanged mass: force in the joint between rod and slider and
 jitter of the slider, with a film, without oil and without play, beside the same with a rigid rod.
@@ -46,7 +46,7 @@ def curves(joint: dict[str, object], axial: int) -> tuple[np.ndarray, np.ndarray
 
 
 def draw() -> None:
-    """Draw both quantities over the stiffness; thin lines are those of a rigid rod."""
+    """Draw both quantities over the stiffness; thin lines belong to a rigid rod."""
     with figure_style():
         figure = Figure(figsize=(6.5, 6.0), layout="constrained")
         axes = figure.subplots(2, 1, sharex=True)

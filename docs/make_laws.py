@@ -70,7 +70,7 @@ def restitution_figure(path: Path) -> None:
 
 
 def long_bearing_figure(path: Path) -> None:
-    """Force of the long film over that of the finite film."""
+    """Force of the long film over the force of the finite film."""
     slendernesses = np.geomspace(0.2, 16.0, 25)
     figure, panels = plt.subplots(1, 3, figsize=(10.5, 3.8), sharey=True)
     for axes, motion in zip(panels, MOTIONS, strict=True):

@@ -1,4 +1,4 @@
-"""Write SKILL.md, what an assistant program needs to use the package, from the page of tasks: ``python docs/make_skill.py``."""
+"""Write SKILL.md, instructions for an assistant program, from the page of tasks: ``python docs/make_skill.py``."""
 
 from __future__ import annotations
 

@@ -132,12 +132,12 @@ def orbits(found: dict[str, Any], path: Path) -> None:
 
 TEXT = """# Films with history: when a map is sufficient
 
-For readers who use a map of a mass-conserving film in a machine: what the map leaves out, how large the error is, and when to expect it.
+For readers who use a map of a mass-conserving film in a machine: its limits, how large the error is, and when to expect it.
 `python docs/make_transient_film.py` repeats the computations and writes this page.
 
-## What has a history
+## Films with and without a history
 
-After a change of motion the cavity fills at the rate at which grooves supply oil. The [map of a joint](bearing.md#grooves-in-a-machine) is quasi-static: it uses the film content of a steady
+After a change of motion the cavity fills at the rate at which grooves supply oil. The [map of a joint](bearing_grooves.md) is quasi-static: it uses the film content of a steady
 motion at each place of the journal. The transient film has the content as a state: one number for each cell of the developed surface ({around} x {along} cells here). A step of time solves
 
 $$\\frac{{(\\varphi h)^{{n+1}} - (\\varphi h)^n}}{{\\Delta t}} + \\nabla\\cdot\\left(\\frac U2 \\varphi h - \\frac{{h^3}}{{12\\mu}}\\nabla p\\right)^{{n+1}} = 0,
@@ -209,7 +209,7 @@ With this groove orbits, smallest films and temperatures of the map are estimate
 In the starved film the journal crosses the cavity once a turn and hits the oil on the other side. The peak of this impact depends on the accuracy of the film step and the cells ({forces} N in turn {turns});
 the largest eccentricity ratio ({ratios}) and the content ({contents}) do not.
 
-## What is offered
+## Choices in the package
 
 - Along any orbit of one bearing, and for one loaded journal with a mass: any grooves, holes, supply and cavity pressure, any $L/D$; about 3 ms a step along an orbit.
 - In the runs of a machine on both engines: any lubricated joints, driven ones too, with grooves and holes and a cavity at ambient pressure; runs, batches, sweeps, sections, design studies

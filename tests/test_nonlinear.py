@@ -303,7 +303,7 @@ def test_every_value_of_vary_is_checked_under_its_own_name(tmp_path, capsys):
 
 
 def test_an_interrupted_sweep_keeps_the_values_that_are_finished(monkeypatch):
-    monkeypatch.setattr("linkages.engines.threads._LOOK", 1e-3)
+    monkeypatch.setattr("linkages.engines.threads.THREADS_LOOK", 1e-3)
     system, speeds = shipped("slider_crank_dry"), np.linspace(100.0, 300.0, 12)
 
     def interrupted_at(part):
@@ -431,10 +431,10 @@ def test_figures_say_what_they_show(pendulum):
     strobe = found.points[0].section.strobe
     frequency = 1.0 / period_of(system)
     figures = {
-        "rod.angle [rad]": section_figure(strobe, "rod.angle", "rod.angle", ("rad", "rad")),
-        "rod.angle [rad]\npeak of each revolution": bifurcation_figure(found, {"rod.angle": "rad"}),
+        "angle of rod [rad]": section_figure(strobe, "rod.angle", "rod.angle", ("rad", "rad")),
+        "angle of rod [rad]\npeak of each revolution": bifurcation_figure(found, {"rod.angle": "rad"}),
         "largest Lyapunov exponent\n[1/revolution]": exponent_figure({"damped": exponent}),
-        "rod.angle: power spectral density\n[(rad)²/Hz]": spectrum_figure(
+        "angle of rod:\npower spectral density [(rad)²/Hz]": spectrum_figure(
             {"damped": spectrum(run, "rod.angle")}, "rad", frequency
         ),
     }

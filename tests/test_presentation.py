@@ -144,10 +144,12 @@ def test_an_overlay_of_different_machines_is_one_figure_and_one_table(runs, tmp_
         assert found["time"] == pytest.approx(peak["time"], abs=1e-5)
         assert f"{found['peak']:.6g}" in table
     trajectories = {name: linkages.load_trajectory(runs / name / "trajectory.npz") for name in names}
-    upper, lower = overlay_figure(trajectories, ["slider7.ax", "B.force"]).axes
+    figure = overlay_figure(trajectories, ["slider7.ax", "B.force"])
+    upper, lower = figure.axes
     assert len(upper.lines) == 1
     assert len(lower.lines) == 2
-    assert upper.get_legend()
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == names
     assert (tmp_path / "overlay.png").is_file()
 
 
@@ -205,7 +207,7 @@ def test_tables_figures_and_pages_have_the_units_of_the_option(study, tmp_path, 
     assert ">[mm]<" in (tmp_path / "mm" / "output_slider.x.svg").read_text()
     assert main(["report", str(tmp_path / "mm"), "--units", UNITS]) == 0
     page = (tmp_path / "mm" / "report.html").read_text(encoding="utf-8")
-    assert "slider.ax [mm/s²]" in page
+    assert "Acceleration x of slider [mm/s²]" in page
     assert '"name": "slider.x", "unit": "mm"' in page
     assert main(["export", str(tmp_path / "mm"), "--to", "csv", "--units", UNITS]) == 0
     head, first, *_ = (tmp_path / "mm" / "trajectory.csv").read_text().splitlines()

@@ -29,7 +29,7 @@ FILE, COMMAND = "dry", "python docs/make_dry.py"
 
 
 class Case(NamedTuple):
-    """What is kept of a study: outputs, the objective's first; length of the start, and number of later periods [periods]."""
+    """Kept results of a study: outputs, the objective's first; length of the start, and number of later periods [periods]."""
 
     outputs: tuple[str, ...]
     start: float = 1.0

@@ -1,4 +1,4 @@
-"""What the patent says of clearance and of older remedies: paragraphs [0003], [0004] and [0057], in numbers.
+"""Statements of the patent on clearance and older remedies: paragraphs [0003], [0004] and [0057], in numbers.
 
 The four-bar of the example runs for `REVOLUTIONS` from `STARTS` start angles at several speeds, and at 600 r/min with several remedies.
 Of each setting the medians over start angles and revolutions after the first two are kept: of the largest force in the joint, of the

@@ -75,7 +75,7 @@ def kept() -> list[Claim]:
 
 
 def price() -> list[Claim]:
-    """Say what the design of the first row costs; the patent says nothing of it."""
+    """State the cost of the design of the first row; the patent does not."""
     pair = designs.pair("fourbar_jitter")
     before, after = (f"{low:.0f} to {high:.0f}" for low, high in designs.spans(pair, "follower.omega"))
     played, forces = dry.stored(pair.name, "B.force"), pair.peaks("B.force", perfect=True)
@@ -98,7 +98,7 @@ def price() -> list[Claim]:
 
 
 def peaks() -> list[Claim]:
-    """Fig. 4, [0087]: what can be counted."""
+    """Fig. 4, [0087]: countable statements."""
     pair = designs.pair("fourbar_jitter")
     departure, found = dry.stored(pair.name), dry.counted(pair.name)
     told = {

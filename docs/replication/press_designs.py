@@ -41,7 +41,7 @@ def designs_table() -> tuple[list[str], list[list[str]]]:
 
 
 def optima() -> list[Claim]:
-    """List what the paper claims of its optima."""
+    """List the paper's claims on its optima."""
     force, acceleration = map(optimum, ("sevenbar_paper_force", "sevenbar_paper_acceleration"))
     changes = [change(peak("nominal", f"{j}.force"), peak("ours", f"{j}.force")) for j in "AB"]
     asked = change(*(PRINTED["A.force"][name] + PRINTED["B.force"][name] for name in ("nominal", "paper 2")))
@@ -89,7 +89,7 @@ def optima() -> list[Claim]:
 
 
 def inside(varied: bool) -> int:
-    """Count the moments of inertia of Table 6 within m L^2/12 and m L^2/3, with their own masses or those of Table 3."""
+    """Count the moments of inertia of Table 6 within m L^2/12 and m L^2/3, with their own masses or Table 3's."""
     value = load(find_file(paper.PAPER)).value
     inside = 0
     for name in ("paper 1", "paper 2"):

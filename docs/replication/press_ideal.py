@@ -128,7 +128,7 @@ def forces(motion: Motion, inertia: Mapping[str, float], gravity: complex) -> tu
         for k, u, v in ((2, m.a_a, m.a_c), (3, m.a_b, m.a_c), (6, m.a_c, m.a_d))
     )
     seven = inertia["slider7.mass"] * (m.a_d - gravity)
-    # moments about C: of link 6 and the slider for the guide's force, of links 2 and 3 for those of the cranks
+    # moments about C: of link 6 and the slider for the guide's force, of links 2 and 3 for the cranks' forces
     guide = (inertia["link6.inertia"] * m.alpha[6] + cross(r, 0.5 * six + seven)) / r.real
     total = two + three + six + seven - 1j * guide
     moment_2 = inertia["link2.inertia"] * m.alpha[2] + cross(p, 0.5 * two)

@@ -1,4 +1,4 @@
-"""What the press paper prints, and the same runs of ours.
+"""Results that the press paper prints, and the same runs of ours.
 
 Chen, Wang and Wang, China Mechanical Engineering 36(1), 2025, 87-95.
 """
@@ -36,7 +36,7 @@ _TABLE_6 = {
     "paper 1": (0.39752, 17.975e-4, 0.10391, 18.874e-5, 0.069825, 0.24241, 0.24241),
     "paper 2": (0.12678, 96.731e-5, 0.16064, 21.717e-5, 0.073186, 0.41749, 0.41749),
 }
-#: Design variables (25) by path [kg, kg m2, Pa s]; the nominal design is that of Tables 3 and 5.
+#: Design variables (25) by path [kg, kg m2, Pa s]; the nominal design is in Tables 3 and 5.
 DESIGNS: dict[str, dict[str, float]] = {
     "nominal": {},
     **{name: dict(zip(_VARIABLES, values, strict=True)) for name, values in _TABLE_6.items()},

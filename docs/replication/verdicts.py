@@ -188,7 +188,7 @@ Evidence = Number | Interval
 
 
 class Claim(NamedTuple):
-    """One line of a page: what is claimed and where, what is printed, what we compute, and why they differ.
+    """One line of a page: the claim and its place, the printed and the computed value, and why they differ.
 
     `numbers` are the evidence of the verdict; `unless` says what in the source or in our assumptions would change it. `because` is
     evidence of a computation that tests a named cause of a failure: empty if no cause is known, None if the comparison itself says all.

@@ -38,7 +38,7 @@ def validated(function: F) -> F:
     Raises
     ------
     InputError
-        When the function is called with an invalid argument: its name, the value and what is allowed.
+        When the function is called with an invalid argument: its name, the value and the allowed values.
     """
     parameters = signature(function)
     checks = cache(lambda: _checks(function))

@@ -1,4 +1,4 @@
-"""What is done with a machine, and why an element cannot take part in it."""
+"""Analyses of a machine, and why an element cannot take part in it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 
 class Analysis(StrEnum):
-    """What is done with a system; the values are for messages."""
+    """Analyses of a system; the values are for messages."""
 
     DRAKE = "Drake"
     DIAGRAM = "a Drake diagram"
@@ -26,7 +26,7 @@ class Refusal(NamedTuple):
 
     key: str  # that is wrong
     applies: Callable[[Any], bool]  # whether an element's keys are such
-    problems: Mapping[Analysis, str]  # what is wrong, and the remedy
+    problems: Mapping[Analysis, str]  # the fault, and the remedy
     turning: bool = False  # whether only in machines that a drive turns steadily
 
 

@@ -54,7 +54,7 @@ def clearance_force(
     omega_b, omega_j : float
         Inertial angular velocities of bearing and journal [rad/s].
     remembered : tuple of float
-        What the contact remembers, see `linkages.laws.states`.
+        The memory of the contact, see `linkages.laws.states`.
     angle : float
         Of the bearing's body, for a film with a groove or a tilt [rad].
 

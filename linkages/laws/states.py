@@ -33,7 +33,7 @@ LATCHED_NAMES = ("approach",)
 BEGAN = LATCHED_NAMES.index("approach")
 #: Number of these.
 LATCHED = len(LATCHED_NAMES)
-#: What a contact remembers: latched states, then continuous ones.
+#: The memory of a contact: latched states, then continuous ones.
 Remembered = tuple[float, float, float, float]
 #: Number of all, and place of the first continuous one.
 REMEMBERED, FIRST_STATE = LATCHED + STATES, LATCHED
@@ -45,7 +45,7 @@ NEW: Remembered = (np.inf, 0.0, 0.0, 0.0)
 SCALES = tuple(f"scale_{place}" for place in range(STATES))
 
 _F = types.float64
-#: What a law with states returns, compiled: its force or coefficient, and the rates of all states of a contact.
+#: The result of a law with states, compiled: its force or coefficient, and the rates of all states of a contact.
 WITH_RATES = types.UniTuple(_F, 1 + STATES)
 #: ``call_with_states(address, (..., state, state, state, joint))`` within kernels.
 call_with_states = caller(WITH_RATES)
@@ -114,7 +114,7 @@ def set_scales(record: Any, kind: str, states: Sequence[State], values: Mapping[
 
 @inlined_kernel
 def remembered_of(memory: Array) -> Remembered:
-    """Return what a contact remembers from the beginning of its line of memory."""
+    """Return the memory of a contact from the beginning of its line of memory."""
     return memory[0], memory[1], memory[2], memory[3]
 
 

@@ -83,7 +83,7 @@ class _Pair:
         return next(int(found[-1]) for part in reversed(self._parts) if len(found := self._beyond(part)))
 
     def _beyond(self, steps: Indices) -> Indices:
-        """Return those of some steps at which the runs have diverged."""
+        """Return the steps, among the given ones, at which the runs have diverged."""
         here = configuration(self._system, self._evaluate(self.times[steps]))
         return steps[~(_distances(here, self._there[steps]) <= self._limit)]
 

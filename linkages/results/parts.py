@@ -59,7 +59,7 @@ class Part:
         Differences that are rounding are left out.
         """
         assessment, system = self.assessment, self.assessment.system
-        if self.ideal is None or not (system.play or system.flexible):
+        if self.ideal is None or not (system.play or system.tree.deformable):
             return {}
         apart, unknown = assessment.difference, assessment.meaningless | assessment.ideal_meaningless
         names = [*system.settings.outputs, *(f"{name}.force" for name in system.play)]
@@ -76,7 +76,7 @@ class Part:
     def errors(self, of: Mapping[str, float | None]) -> dict[str, float | None]:
         """Estimate the error of each of the run's peaks, by key; empty without the tighter run.
 
-        If the tighter run ends before a part that repeats an earlier one, the errors are those of the earlier one.
+        If the tighter run ends before a part that repeats an earlier one, the errors of the earlier one are taken.
         """
         assessment = self.assessment
         if assessment.tighter is None:

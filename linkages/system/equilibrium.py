@@ -1,4 +1,4 @@
-"""Reactions of the ideal linkage; static equilibrium of journals and blocks in their clearances.
+"""Static equilibrium of journals and blocks in their clearances.
 
 A start in equilibrium has no free flight across the clearance.
 
@@ -10,20 +10,18 @@ these offsets. Moments of films and friction are neglected; they change the forc
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.elements.contact_kinds import DERIVATIVES, contact_record
-from linkages.elements.machine import add_elements
-from linkages.mechanics.planar.elimination import Elimination, elimination_of
-from linkages.mechanics.planar.kinematics import body_states
-from linkages.mechanics.planar.loads import load_wrenches
-from linkages.mechanics.planar.singularities import constrained_dynamics
-from linkages.mechanics.planar.workspace import Workspace
+from linkages.mechanics.planar.elimination import elimination_of
 from linkages.system.assembly import Assembly, independent
-from linkages.system.unassembled import Unassembled
+from linkages.system.contacts import Contacts
+from linkages.system.ideal_linkage import IdealLinkage, ideal_forces
+from linkages.system.tree import Tree
 
 _PASSES = 3  # each reduces the error by the factor clearance over link length
 _NOTHING = 1e-12  # relative to the largest force: below it a joint carries no load
@@ -31,67 +29,49 @@ _DOUBLINGS = 60
 _EXACT = 1e-14  # tolerance of offsets over the clearance
 
 
-def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) -> Array:
+def resting_offsets(
+    linkage: IdealLinkage, contacts: Contacts, source: Path, assemble: Callable[[Array], Assembly]
+) -> Array:
     """Compute equilibrium offsets of clearance joints, two for each: x, y [m]; for a guide across [m], tilt [rad].
 
-    `assemble` assembles the linkage with given offsets. InputError if no offset balances the force at zero velocity, as
-    for a film between parts that do not rotate.
+    `assemble` assembles the linkage with given offsets. InputError, of the file `source`, if no offset balances the
+    force at zero velocity, as for a film between parts that do not rotate.
     """
-    offsets = np.zeros(2 * len(system.tree.play))
-    tree = system.tree
+    tree = linkage.tree
+    offsets = np.zeros(2 * len(tree.play))
     for _ in range(_PASSES):
         start = assemble(offsets)
         rank = independent(tree, tree.closure_rows, start.q, tree.closing_dofs)
         elimination = elimination_of(tree.bodies, tree.closure_rows, rank, tree.closing_dofs)
-        work = ideal_forces(system, 0.0, start.q, start.v, elimination)
+        work = ideal_forces(linkage, 0.0, start.q, start.v, elimination)
         forces = work.reaction[: len(offsets)]
         largest = np.abs(forces).max(initial=0.0)
         for k, name in enumerate(tree.play):
             two = slice(2 * k, 2 * k + 2)
-            joint = _LooseJoint(system, name, work.pose, work.vel, offsets[two])
+            joint = _LooseJoint(tree, contacts, source, name, work.pose, work.vel, offsets[two])
             if np.abs(forces[two]).max() > _NOTHING * largest:
                 offsets[two] = (joint.block if joint.guide else joint.journal)(forces[two])
     return offsets
 
 
-def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, elimination: Elimination) -> Workspace:
-    """Solve the ideal linkage at time t [s], coordinates q and rates v (n,), with modes that do not accelerate.
-
-    The elimination is that of `Tree.closure_rows`. The workspace has its pose, vel, a, tau and reaction, see
-    `linkages.mechanics.planar.singularities.constrained_dynamics`.
-    """
-    tree, at = system.tree, np.array([t])
-    work = tree.workspace(tree.closure_rows)
-    work.q[:], work.v[:] = q, v
-    body_states(tree.bodies, q, v, work.pose, work.vel)
-    rates = np.concatenate([work.v, system.start_states])
-    add_elements(system.elements, system.packed.functions, t, rates, work.pose, work.vel, work.wrench)
-    load_wrenches(system.loads, t, rates, work.pose, work.vel, work.wrench)
-    work.tau[tree.powered_dofs] = system.torques(at)[0][0]
-    work.a[tree.driven_dofs] = system.motions(at)[2][0]
-    constrained_dynamics(
-        tree.undeforming_bodies, tree.closure_rows, elimination, tree.extent, 0.0, system.gravity, work,
-        np.zeros(tree.size),
-    )  # fmt: skip
-    return work
-
-
 class _LooseJoint:
     """The contacts of one clearance joint, at a pose that includes its offset."""
 
-    def __init__(self, system: Unassembled, name: str, pose: Array, vel: Array, offset: Array) -> None:
-        self.system, self.name = system, name
-        self.contacts = [k for k, (owner, _) in enumerate(system.tree.contacts) if owner == name]
+    def __init__(
+        self, tree: Tree, records: Contacts, source: Path, name: str, pose: Array, vel: Array, offset: Array
+    ) -> None:
+        self.records, self.source, self.name = records, source, name
+        self.contacts = [k for k, (owner, _) in enumerate(tree.contacts) if owner == name]
         self.pose, self.vel, self.arms = pose, vel, list[Array]()
         self.guide = len(self.contacts) > 1
-        joint, end = system.mechanism.joint[name], system.ends[self.contacts[0]]
+        joint, end = tree.joints[name], records.ends[self.contacts[0]]
         parent = pose[end["bearing"]["body"]]
         x, y = joint.direction
         self.across = np.array([-parent[4] * x - parent[3] * y, parent[3] * x - parent[4] * y])
-        child = system.tree.marker(joint.child, joint.on_child)[1:]
+        child = tree.marker(joint.child, joint.on_child)[1:]
         for k in self.contacts:
-            body = pose[system.ends[k]["journal"]["body"]]
-            px, py = system.ends[k]["journal"]["x"] - child[0], system.ends[k]["journal"]["y"] - child[1]
+            body = pose[records.ends[k]["journal"]["body"]]
+            px, py = records.ends[k]["journal"]["x"] - child[0], records.ends[k]["journal"]["y"] - child[1]
             self.arms.append(np.array([body[3] * px - body[4] * py, body[4] * px + body[3] * py]))
         self.given = offset
 
@@ -110,9 +90,9 @@ class _LooseJoint:
 
     def _of_contact(self, k: int, arm: Array, offset: Array) -> tuple[float, float]:
         """Compute the force of a contact at an offset [N]; a journal's centre is at rest in its bearing."""
-        system = self.system
-        kind, record = contact_record(system.contact_kinds, k)
-        end, law, at = system.ends[k], system.laws[k], (self.pose, self.vel)
+        records = self.records
+        kind, record = contact_record(records.kinds, k)
+        end, law, at = records.ends[k], records.laws[k], (self.pose, self.vel)
         frame = kind.frame(end, record, self.pose)
         if self.guide:
             change = self._shift(offset, arm) - self._shift(self.given, arm)
@@ -121,7 +101,7 @@ class _LooseJoint:
         else:
             turning = kind.motion(end, record, law, frame, *at)[4:]
             motion = (float(offset[0]), float(offset[1]), 0.0, 0.0, *turning)
-        found = DERIVATIVES[kind.name].called(law, system.tables[k], system.law_states.remembered(k), motion)
+        found = DERIVATIVES[kind.name].called(law, records.tables[k], records.states.remembered(k), motion)
         fx, fy, _ = kind.force(record, frame, found)
         return fx, fy
 
@@ -129,8 +109,8 @@ class _LooseJoint:
         """Find the eccentricity for a force from its size, then its direction (round bearings are isotropic)."""
         from scipy.optimize import brentq, root  # half a second of import time
 
-        law, size = self.system.laws[self.contacts[0]], float(np.hypot(*wanted))
-        clearance, reach = float(law["clearance"]), float(self.system.reach[self.contacts[0]])
+        law, size = self.records.laws[self.contacts[0]], float(np.hypot(*wanted))
+        clearance, reach = float(law["clearance"]), float(self.records.reach[self.contacts[0]])
         can_touch = not np.isfinite(reach)
 
         def excess(distance: float) -> float:
@@ -149,7 +129,7 @@ class _LooseJoint:
         given = self.force(np.array([distance, 0.0]))
         angle = np.arctan2(wanted[1], wanted[0]) - np.arctan2(given[1], given[0])
         place = distance * np.array([np.cos(angle), np.sin(angle)])
-        if not contact_record(self.system.contact_kinds, self.contacts[0])[1]["oriented"]:
+        if not contact_record(self.records.kinds, self.contacts[0])[1]["oriented"]:
             return place
         found = root(lambda x: (self.force(x * clearance) - wanted) / size, place / clearance, tol=1e-12)
         if not found.success or np.hypot(*found.x) * clearance >= reach:
@@ -158,7 +138,7 @@ class _LooseJoint:
 
     def block(self, wanted: Array) -> Array:
         """Find a block's offset from the transverse force and its tilt from the moment; both laws are monotonic."""
-        clearance = float(self.system.laws[self.contacts[0]]["clearance"])
+        clearance = float(self.records.laws[self.contacts[0]]["clearance"])
         reach = max(np.hypot(*arm) for arm in self.arms)
 
         def place(tilt: float) -> float:
@@ -186,6 +166,5 @@ class _LooseJoint:
         return far
 
     def _refuse(self, size: float) -> None:
-        where = self.system.experiment.source
         problem = f'is "equilibrium"; no offset of {self.name} balances {size:.3g} N at zero velocity; use "centred"'
-        raise InputError(where, "start", problem)
+        raise InputError(self.source, "start", problem)

@@ -18,7 +18,7 @@ def input_tables(system: System, without: Collection[str] = ()) -> dict[str, Any
 
 
 def input_record(system: System) -> dict[str, Any]:
-    """Return what a result records of its input: given tables and file, folder of the file, sources of values."""
+    """Return the record of a result's input: given tables and file, folder of the file, sources of values."""
     experiment = system.experiment
     return {
         "experiment": experiment.model_dump(exclude_unset=True, exclude_none=True) | {"file": experiment.source.name},

@@ -1,7 +1,7 @@
 """Links without mass or moment of inertia: allowed where they cannot move alone, because then others' masses tell how.
 
 The equations of the tree need a mass of each link. Such links get a negligible one, in parts of the lightest link, so
-that the accelerations are those of the linkage without it. Where they can move alone, the results would depend on it.
+that the linkage without it has the same accelerations. Where they can move alone, the results would depend on it.
 """
 
 from __future__ import annotations

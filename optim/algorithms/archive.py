@@ -113,7 +113,7 @@ def by_feasibility(values: Values, tolerance: float = 0.0) -> Indices:
 def latin_hypercube(count: int, size: int, rng: np.random.Generator) -> Array:
     """Draw designs (count, size), 0 to 1: each variable has one in each of `count` equal parts of its range.
 
-    The state of the random generator stays the same; each call draws other designs. The numbers are those of
+    The state of the random generator stays the same; each call draws other designs. The numbers come from
     `scipy.stats.qmc.LatinHypercube`; its import takes as long as several hundred runs of a small machine. M. D. McKay,
     R. J. Beckman, W. J. Conover, A comparison of three methods for selecting values of input variables in the analysis
     of output from a computer code, Technometrics 21(2), 1979.

@@ -15,7 +15,7 @@
 | algebra     | linear algebra of least squares                                             |
 | search      | least squares from one start                                                |
 | fit         | least squares from several starts, over windows that grow                   |
-| certainty   | deviations, intervals, what is identifiable, tests of the residuals         |
+| certainty   | deviations, intervals, identifiable values, tests of the residuals          |
 | correlation | correlation of neighbouring residuals                                       |
 | doubts      | warnings, mixtures of unknowns                                              |
 | profile     | profile likelihood of one unknown                                           |
@@ -25,4 +25,5 @@
 | result      | the result as data, the content of ``result.json``                          |
 | content     | the fields of a result that follow from a fit                               |
 | identify    | all of it                                                                   |
+| numerics    | numbers that tune identification, with unit and effect                       |
 """

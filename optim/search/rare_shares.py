@@ -48,7 +48,7 @@ def subset_simulation(excess: Excess, points: Array, values: Array, rng: np.rand
     """Climb from points (m, n) with excess (m,), m at least `CHAINS`, over levels of the excess to the limit, zero.
 
     S.-K. Au, J. L. Beck, Estimation of small failure probabilities in high dimensions by subset simulation,
-    Probabilistic Engineering Mechanics 16 (2001) 263-277. The share is the product of those of the levels. A level's
+    Probabilistic Engineering Mechanics 16 (2001) 263-277. The share is the product of the levels' shares. A level's
     error is the scatter of its chains.
     """
     share, variance, chains = 1.0, 0.0, len(points)

@@ -82,7 +82,7 @@ class StudyResult(Entry):
 
 
 class Solution(NamedTuple):
-    """What a search has found: its result, the evaluations of its designs, and the store's counts and time [s]."""
+    """The outcome of a search: its result, the evaluations of its designs, and the store's counts and time [s]."""
 
     found: Result
     evaluations: Evaluations

@@ -1,4 +1,4 @@
-"""What a study asks of an algorithm: its settings, and the identity by which a store knows the study."""
+"""The task that a study gives to an algorithm: its settings, and the identity by which a store knows the study."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from optim.problem.study import Array, Study
 
 
 class Task(NamedTuple):
-    """What an algorithm is asked: its name, settings and seed, the start of the search, and the study's identity."""
+    """The task of an algorithm: its name, settings and seed, the start of the search, and the study's identity."""
 
     name: str
     settings: Table

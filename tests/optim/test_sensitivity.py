@@ -155,13 +155,14 @@ def test_a_number_of_points_that_is_not_balanced_is_refused():
 
 
 def test_unknown_shares_are_not_zero_in_the_answer():
+    from linkages.show.plots.names import name_of_value
     from optim.cli.study import _answer
 
     study = load_study(find_study("sevenbar_force"))
     totals = {path: {"total": None} for path in study.paths}
     report = {"quantities": {"force": {"variables": totals}}}
-    assert _answer(study, report) == ["force [N] does not vary over the bounds."]
+    assert _answer(study, report) == ["force does not vary over the bounds."]
     totals[study.paths[1]] = {"total": 0.25}
     assert _answer(study, report) == [
-        f"force [N] depends most on {study.paths[1]}: 25% of the variance, with interactions."
+        f"force depends most on the {name_of_value(study.paths[1])}: 25 % of the variance, with interactions."
     ]

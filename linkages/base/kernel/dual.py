@@ -82,11 +82,11 @@ class _DualModel(models.PrimitiveModel):
         return _IN_MEMORY
 
     def as_data(self, builder: Any, value: Any) -> Any:
-        """Turn a dual into what is stored."""
+        """Turn a dual into its stored form."""
         return _rebuilt(builder, value, _IN_MEMORY)
 
     def from_data(self, builder: Any, value: Any) -> Any:
-        """Turn what is stored into a dual."""
+        """Turn the stored form into a dual."""
         return _rebuilt(builder, value, PAIR)
 
     def load_from_data_pointer(self, builder: Any, place: Any, align: Any = None) -> Any:
@@ -126,7 +126,7 @@ register_model(_DualRecord)(models.RecordModel)
 
 
 class DualArray(LaneArray):
-    """An array of duals: a number and its slopes in the last axis; compiled code sees what is before it."""
+    """An array of duals: a number and its slopes in the last axis; compiled code sees the axes before it."""
 
 
 def dual_array(*shape: int) -> DualArray:

@@ -136,7 +136,7 @@ class Stored:
         return CompileResult._rebuild(context, *pickle.loads(self.content))
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Keep what was compiled."""
+        """Keep the compiled code."""
         self._result = result
 
     def flush(self) -> None:
@@ -163,7 +163,7 @@ class Stored:
         return cast(tuple[str, bytes], pickle.loads(self.content))
 
     def _note(self, text: str) -> None:
-        """Take note of what the code calls."""
+        """Record the functions that the code calls."""
         declared = re.findall(r'^declare [^@]*@"?([^"( ]+)', text, re.M)
         self.symbols = {symbol for symbol in declared if not symbol.startswith("llvm.")}
         self.counts = re.search(r"call .*@NRT_", text) is not None

@@ -40,7 +40,7 @@ def read(name: str) -> bytes:
 
 
 def versions() -> str:
-    """Versions of what the code in the package was compiled with; empty without any."""
+    """Versions with which the code in the package was compiled; empty without any."""
     archive = _archive()
     return "" if archive is None else archive.comment.decode()
 

@@ -30,7 +30,7 @@ WIDTH = 4  #: of the registers of present processors, or twice it
 
 
 class LaneArray(np.ndarray[Any, np.dtype[np.float64]]):
-    """An array of `WIDTH` numbers side by side, the last axis; compiled code sees what is before it."""
+    """An array of `WIDTH` numbers side by side, the last axis; compiled code sees the axes before it."""
 
     axes = 1  #: of an entry
 

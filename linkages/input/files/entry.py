@@ -85,7 +85,7 @@ class Entry(Table):
 
     @property
     def content(self) -> dict[str, Any]:
-        """Return what the file has: dicts, lists, numbers and texts."""
+        """Return the content of the file: dicts, lists, numbers and texts."""
         return {key: content_of(value) for key, value in self.items()}
 
 

@@ -41,7 +41,7 @@ _FLUID = ("wind", "density", "viscosity")  # of <option>
 def sdf_of_mjcf(path: Path, root: ET.Element) -> ET.Element:
     """Return the ``<model>`` of a ``<mujoco>``, with its gravity; "told" has notes, one a line.
 
-    InputError for what a planar linkage cannot have, or the import does not support.
+    InputError for elements that a planar linkage cannot have or the import does not support.
     """
     return _Conversion(Mjcf(path, included(path, root))).model
 
@@ -87,7 +87,7 @@ class _Conversion:
     # -- bodies --------------------------------------------------------------------------------------------------------
 
     def _children(self, owner: ET.Element, name: str, pose: Pose, usual: Defaults, nested: bool) -> None:
-        """Add what a body, or a frame in it, contains; `pose` is its pose in the world."""
+        """Add the content of a body, or of a frame in it; `pose` is its pose in the world."""
         for element in owner:
             if element.tag not in _OF_BODY:
                 raise InputError(self.path, f"{label(owner)}/<{element.tag}>", "is not supported; remove it")

@@ -79,7 +79,7 @@ def _computed(file: Mjcf, geoms: list[ET.Element], body: ET.Element, link: ET.El
 
 
 def _shape(file: Mjcf, geom: ET.Element, owner: ET.Element) -> None:
-    """Write pose and geometry of a geom, whose sizes are half those of SDFormat."""
+    """Write pose and geometry of a geom, whose sizes are half of SDFormat's."""
     kind = geom.get("type", "")
     ends = geom.get("fromto")
     needed = 1 if ends is not None else _SIZES[kind]

@@ -16,7 +16,7 @@ class Unsupported(NamedTuple):
 
     key: str  # path in the experiment, with the part's name as {}
     parts: Callable[[Experiment], Iterable[str]]  # names of the parts that have this model
-    problems: Mapping[Analysis, str]  # what is wrong, and the remedy
+    problems: Mapping[Analysis, str]  # the fault, and the remedy
 
 
 _CONTENT = "{} cannot follow the film content; remove the table, the film is then given by its map"
@@ -29,11 +29,6 @@ UNSUPPORTED = (
         lambda experiment: [name for name in experiment.play if experiment.joints[name].has_history],
         {analysis: _CONTENT.format(analysis) for analysis in set(Analysis) - {Analysis.DRAKE}}
         | {Analysis.EQUILIBRIUM: 'has no equilibrium that start = "equilibrium" could find; use "centred"'},
-    ),
-    Unsupported(
-        "links.{}.stiffening",
-        lambda experiment: [name for name in experiment.flexible if not experiment.links[name].stiffening],
-        {Analysis.DRAKE: "is false, but Drake's rigid segments always stiffen; remove it, or use the compiled engine"},
     ),
 )
 

@@ -53,7 +53,7 @@ def color_of(mechanism: Mechanism, name: str) -> str:
 
 
 def _chosen(mechanism: Mechanism) -> dict[str, str]:
-    """Choose the colours of all links so that those of links that touch differ; segments have their link's."""
+    """Choose the colours of all links so that links that touch have different ones; segments have their link's."""
     found = {_family(link.name): link.color for link in mechanism.links if link.color}
     families = list(dict.fromkeys(map(_family, mechanism.link)))
     pairs = [{_family(joint.parent), _family(joint.child)} for joint in mechanism.joints]

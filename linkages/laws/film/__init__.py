@@ -1,6 +1,6 @@
 """Films of a journal bearing as dimensionless forces; imports nothing of ours but `linkages.base.kernel`.
 
-| module         | what it holds                                                           |
+| module         | content                                                                 |
 |----------------|-------------------------------------------------------------------------|
 | closed_form    | exact half film, Pinkus-Sternlicht, short bearing                       |
 | surface        | the film on the developed surface: mesh, volume balance, cavity         |

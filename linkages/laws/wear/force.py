@@ -74,7 +74,7 @@ def worn_force(
     at the journal's surface. A film is evaluated at the clearance plus the depth of both profiles in the direction of
     the eccentricity: its smallest gap is correct, the effect of the profile's shape on the pressure is neglected.
 
-    The last four arguments are what the contact remembers, see `linkages.laws.states`.
+    The last four arguments are the memory of the contact, see `linkages.laws.states`.
 
     Returns
     -------

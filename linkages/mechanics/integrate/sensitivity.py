@@ -24,7 +24,7 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
     """Make the compiled derivative of a collocation step whose last stage is at its end.
 
     The equations of all stages are differentiated together, by the implicit function theorem: one factorisation for
-    all columns. The derivative is that of the exact solution of the stages' equations.
+    all columns. The derivative belongs to the exact solution of the stages' equations.
     """
     a, c, back, count = tableau.a, tableau.c, np.linalg.inv(tableau.a), len(tableau.c)
 

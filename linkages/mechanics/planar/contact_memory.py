@@ -36,14 +36,14 @@ def fill_landing(laws: Records, size: float, out: Array) -> None:
 
 @inlined_kernel
 def latch(memory: Array, contact: Array) -> None:
-    """Latch what a contact remembers of its start, from its quantities there (WIDTH,)."""
+    """Latch a contact's memory of its start, from its quantities there (WIDTH,)."""
     for i in range(LATCHED):
         memory[i] = contact[_LATCHED_QUANTITIES[i]]
 
 
 @kernel
 def latch_at_start(memory: Array, contact: Array, landing: float) -> None:
-    """Latch what a contact remembers of its start at the start of a run.
+    """Latch a contact's memory of its start at the start of a run.
 
     A contact begins at the start if the bodies touch and do not separate, or if they overlap and approach faster than
     `GRAZING`. Bodies that overlap otherwise were in contact before: the speed at which that contact began is unknown,

@@ -52,7 +52,7 @@ def load_outputs(loads: Loads, efforts: Array, t: float, v: Array, pose: Array, 
 
 
 def acting_functions(functions: Functions, told: Indices) -> NDArray[np.bool_]:
-    """Return which functions the motion always depends on: all but those of sampled states, and those that are told.
+    """Return which functions the motion always depends on: all but the functions of sampled states, and the given ones.
 
     ``told`` are the indices of functions that are outputs alone.
     """

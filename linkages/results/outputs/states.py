@@ -47,5 +47,5 @@ def _owners(kind: Element[Any]) -> Iterator[Owner]:
         yield Owner(kind.label, _having(kind.table, key), _at(key), texts, unit=_unit(kind))
 
 
-#: Quantities in addition to those of elements as loads.
+#: Quantities in addition to the outputs of elements as loads.
 OWN = tuple(owner for kind in DEFINING for owner in _owners(kind))

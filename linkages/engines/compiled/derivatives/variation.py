@@ -265,7 +265,7 @@ def _any(values: Array) -> bool:
 
 @inlined_kernel
 def _numbers_of(memory: Array) -> Remembered:
-    """Return what a contact remembers, without derivatives."""
+    """Return the memory of a contact, without derivatives."""
     latched, a, b, c = remembered_of(memory)
     return number(latched), number(a), number(b), number(c)
 

@@ -1,6 +1,6 @@
 """Films on the developed surface of a bearing: cavitation with mass conservation, grooves, holes, a tilted journal.
 
-| module          | what it holds                                                                  |
+| module          | content                                                                        |
 |-----------------|--------------------------------------------------------------------------------|
 | grooves         | grooves and holes: regions at a supply pressure                                |
 | surface_mesh    | cells of the surface, faces on the edges of grooves                            |

@@ -73,7 +73,7 @@ def no_load(remedy: str = "") -> str:
 
 
 def check_grooves(grooves: Sequence[Groove], cavity_pressure: float) -> None:
-    """Check grooves: ValueError with one sentence that names the groove, what is wrong, and what is allowed."""
+    """Check grooves: ValueError with one sentence that names the groove, the fault, and the allowed values."""
     if cavity_pressure > 0.0:
         raise ValueError(f"cavity pressure {cavity_pressure:g} Pa: must not be above ambient (0)")
     _refuse(_faults(groove, cavity_pressure) for groove in grooves)

@@ -71,7 +71,7 @@ class SurfaceMesh(NamedTuple):
 
     @property
     def geometry(self) -> tuple[Array, Array, Array]:
-        """Return what the kernels read."""
+        """Return the arrays of the kernels."""
         return self.lines, self.ends, self.zeta
 
     def pressures(self, grooves: Array) -> Array:
