@@ -33,8 +33,9 @@
 
 A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, optionally
 ``EXAMPLES`` (text below the help), ``WRITES`` (the files of each of its kinds of results by name, the first of which
-identifies them), ``SHORT_RUNS`` and ``SHORT_FILES`` (see `preparation`), and imports its heavy dependencies inside `run`. Other packages add commands through
-entry points of the group ``linkages.commands``; one that cannot be loaded is skipped with a warning.
+identifies them), ``SHORT_RUNS`` and ``SHORT_FILES`` (see `preparation`), and imports its heavy dependencies inside
+`run`. Other packages add commands through entry points of the group ``linkages.commands``; one that cannot be loaded is
+skipped with a warning.
 """
 
 from __future__ import annotations
