@@ -23,6 +23,7 @@ SHORT_RUNS = (
     "seven_bar.toml --wrt joints.A.clearance sdf.links.link6.mass --duration 0.01",
     "slider_crank_dry.toml --wrt joints.B.clearance --duration 0.001",
     "slider_crank_lubricated.toml --wrt joints.B.clearance drives.O.speed --duration 0.002 --check",
+    "slider_crank_flywheel.toml --wrt sdf.links.crank.mass --duration 0.02",
 )
 
 EXAMPLES = """examples:
