@@ -441,7 +441,7 @@ def test_the_table_of_links_that_bend(tmp_path):
     options = ["--engine", "compiled", "--no-plots", "--no-animation", "--out", str(tmp_path / "out")]
     assert main(["simulate", str(system.experiment.source), *options]) == 0
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    cells = rows(render(load_results(tmp_path / "out")))["rod.stress [Pa]"]
+    cells = rows(render(load_results(tmp_path / "out")))["Largest stress in rod [Pa]"]
     exact, peak, time, place, error = (float(text.replace("−", "-")) for text in cells)
     link = summary["links"]["rod"]["stress"]
     assert (peak, time, place) == pytest.approx((link["peak"], link["time"], link["place"]), rel=5e-3)
