@@ -7,6 +7,7 @@
 | filters     | filters of measured and computed samples                                    |
 | residuals   | measured less computed samples, and their derivatives, from one run         |
 | batches     | the sum of squares of many values, from runs in a batch                     |
+| nodes       | columns at many times, by polynomials through nodes within each step        |
 | curves      | outputs of a run and their derivatives at the times of samples              |
 | integrals   | integrals over the first impacts, which lead the start of the fit           |
 | budget      | the limit of time of a fit                                                  |
