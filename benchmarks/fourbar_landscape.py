@@ -22,7 +22,7 @@ from replication.recorded import load_record
 from scipy.stats import qmc, spearmanr
 
 from optim import Evaluator, Screened, find_study, load_study, minimise, problem_of
-from optim.search.optimise import settings_of
+from optim.search.task import settings_of
 
 FIGURE = Path(__file__).parents[1] / "docs" / "figures" / "fourbar_way.png"
 RESULTS = "fourbar_landscape"

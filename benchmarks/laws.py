@@ -56,7 +56,7 @@ def many_joints(joints, table, low, high, count):
     total = 0.0
     for i in range(count):
         e = 1e-4 * (low + (high - low) * (0.618 * i % 1.0))
-        total += clearance_force(joints[0], table, e, 0.0, 0.1 * (e - 5e-5), 0.01, 1.0, 3.0, 0.1, 1e-7)[0]
+        total += clearance_force(joints[0], table, e, 0.0, 0.1 * (e - 5e-5), 0.01, 1.0, 3.0, (0.1, 0.0, 0.0, 1e-7))[0]
     return total
 
 
@@ -155,7 +155,7 @@ def registered_laws(table):
         ratio = min(max(ddelta / max(ddelta0, 1e-6), -joint.damping_limit), joint.damping_limit)
         return joint.stiffness * delta * math.sqrt(delta) * (1.0 + joint.hysteresis * ratio)
 
-    def coulomb(v, bristle, joint):
+    def coulomb(v, joint):
         return joint.mu_d * math.tanh(v / joint.v_1)
 
     def long_film(eps, deps, ew, slenderness):

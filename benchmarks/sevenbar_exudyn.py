@@ -33,7 +33,7 @@ def film(law, table, omega_bearing):
     @njit
     def force(ex, ey, vx, vy, omega):
         both = omega_bearing + omega
-        fx, fy = clearance_force(law, table, ex, ey, vx, vy, omega_bearing, both, 0.0, 0.0)[:2]
+        fx, fy = clearance_force(law, table, ex, ey, vx, vy, omega_bearing, both, (0.0, 0.0, 0.0, 0.0))[:2]
         return -fx, -fy
 
     return force

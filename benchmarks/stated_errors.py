@@ -28,7 +28,8 @@ from linkages.base.errors import AssemblyError, Status
 from linkages.cli.new import described_files, write_files
 from linkages.engines.assessment import simulate
 from linkages.input.files.shipped import find_file
-from linkages.results.characteristics import numbers, peaks_by_key
+from linkages.results.characteristics import numbers
+from linkages.results.shape import peaks_by_key
 from linkages.system import System
 
 ACCURACY = 1e-12  # of the run that is taken for the truth

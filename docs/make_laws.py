@@ -51,7 +51,7 @@ def restitution_figure(path: Path) -> None:
     nominal = np.linspace(0.02, 1.0, 50)
     figure, axes = plt.subplots(figsize=(7.0, 5.6))
     axes.plot([0, 1], [0, 1], color="0.6", lw=3.0, alpha=0.5, label="nominal")
-    for i, (name, law) in enumerate((name, law) for name, law in CONTACTS.items() if not law.conformal):
+    for i, (name, law) in enumerate((name, law) for name, law in CONTACTS.items() if not (law.conformal or law.states)):
         values, linear = [], name == "kelvin-voigt"
         reached = nominal[nominal >= math.exp(-2.0)] if linear else nominal
         for e in map(float, reached):

@@ -191,7 +191,8 @@ the oil is balanced to round-off. The error is of first order in $\\tau$.
 
 A run chooses $\\tau$ after each step: the forces at $2\\tau$ and $\\tau$ may differ by the part [`accuracy`](experiment.md#all-keys) of the largest force so far. Where a journal crosses a cavity and hits the oil
 the film step becomes up to 65,000 times shorter: a film that builds up pressure too early would be a cushion that takes the peak. A key `step` without `accuracy` makes $\\tau$ constant. The error estimate of the summary
-repeats the run with a quarter of the accuracy, also if $\\tau$ is constant. Errors of the cells are not part of it: repeat the run with more `cells`.
+repeats the run with a quarter of the accuracy, also if $\\tau$ is constant, and once more with twice as many cells in each direction. The force jumps where a cell fills, so two meshes differ by some
+percent between their jumps. Each repetition contributes 1.5 times the larger of the peak's change and the root mean square of the difference while the output exceeds half of its peak.
 
 ## The press
 

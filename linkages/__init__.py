@@ -7,7 +7,7 @@ Each folder imports only from those above it:
 | base      | what every folder uses: arrays, errors, checked arguments, files, interrupts, the compiler    |
 | laws      | force laws of a joint with clearance: contact, film, friction, wear                           |
 | mechanics | kernels on plain arrays: integrators, elastic bodies, planar multibody dynamics               |
-| elements  | elements of machines: one module for each kind; above `input.files`, below `input.model`      |
+| elements  | elements of machines: one module for each kind; above `input.functions`, below `input.model`  |
 | input     | SDFormat and TOML: read, imported, written; `Mechanism` and `Experiment`: validated input     |
 | system    | `System`: the numeric model, built once from both                                             |
 | results   | named outputs; trajectories, extremes, impacts, summaries                                     |

@@ -15,8 +15,8 @@ Each folder imports only from those above it (`algorithms` and `problem` do not 
 
 The path of ``optimise(study)``, in the order of the first calls:
 
-1. ``search.optimise.optimise``: the steps below, then the content of ``result.json``
-2. ``algorithms.registry.read_settings``: the algorithm's settings, checked
+1. ``search.optimise.optimise``: the steps below, then the result, ``search.result.StudyResult``
+2. ``search.task.task_of``: the algorithm's settings, checked
 3. ``search.recorder.recording``: the store of the study, created or opened
 4. ``search.recorder.Recorder.evaluate``: designs from the store, or else by 5, each once; the nominal one first
 5. ``evaluate.evaluator.Screened.__call__``: leaves out designs that formulas exclude

@@ -16,6 +16,7 @@ from .evaluate.gradients import Gradients as Gradients
 from .evaluate.limits import problem_of as problem_of
 from .identify.identify import identify as identify
 from .identify.load import Identification as Identification, load_identification as load_identification
+from .identify.result import IdentificationResult as IdentificationResult
 from .identify.plan import format_plan as format_plan, plan as plan
 from .identify.writing import format_identification as format_identification
 from .problem.load import find_study as find_study, load_study as load_study
@@ -34,8 +35,10 @@ from .search.derivative_check import (
     check_derivatives as check_derivatives,
     format_derivative_check as format_derivative_check,
 )
+from .search.result import Design as Design, StudyResult as StudyResult
 from .search.optimise import Stopped as Stopped, optimise as optimise, start_of as start_of
 from .search.sensitivity import format_sensitivity as format_sensitivity, sensitivity as sensitivity
+from .search.tolerance_result import ToleranceResult as ToleranceResult
 from .search.tolerances import tolerances as tolerances
 from .search.verification import format_verification as format_verification, verify as verify
 from .store.store import Store as Store, read_store as read_store

@@ -7,6 +7,7 @@ from threading import Semaphore, current_thread, main_thread
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is imported: tests use the cores, one worker each
 
 import pytest
+from drake_missing import pytest_make_collect_report, pytest_runtest_call, pytest_runtest_setup, skip_without_drake  # noqa: F401 - hooks and a fixture
 from hypothesis import settings
 from machines import written
 from own_registries import own_registries, registries_of_module  # noqa: F401 - fixtures

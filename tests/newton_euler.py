@@ -39,7 +39,7 @@ def free_bodies(system: System, times: Array, q: Array, v: Array, a: Array, cont
         body_states(tree.bodies, q[i], v[i], pose[i], vel[i])
         body_accelerations(tree.bodies, pose[i], vel[i], v[i], a[i], acc[i])
         load_wrenches(system.loads, t, np.zeros(0), pose[i], vel[i], applied[i])
-        add_elements(system.elements, pose[i], vel[i], applied[i])
+        add_elements(system.elements, system.loads[1:], t, np.zeros(0), pose[i], vel[i], applied[i])
     known = {} if contacts is None else {name: _of_contacts(tree, name, pose, contacts) for name in tree.play}
     torques = dict(zip(tree.powered, system.torques(times)[0].T, strict=True))
     return joint_reactions(tree, pose, vel, acc, system.gravity, known, torques, applied)

@@ -10,7 +10,7 @@ from PIL import Image
 import linkages
 from linkages.cli.main import main
 from linkages.show.plots.drawing import draw
-from linkages.show.plots.drawing.moving import body_poses
+from linkages.show.plots.drawing.poses import body_poses
 
 RUN = "simulate seven_bar.toml --duration 0.05 --no-plots --no-animation --no-error-estimate --quiet --out"
 
@@ -27,7 +27,7 @@ def test_the_links_of_an_ideal_motion_meet_in_the_joints(machine):
     system = linkages.load(linkages.find_file(f"{machine}.toml"), {"duration": 0.02})
     run = linkages.ideal(system)
     drawing = draw(system)
-    poses = body_poses(drawing, system.mechanism, run, run.time)
+    poses = body_poses(drawing, system.links, run, run.time)
     body = {name: k for k, name in drawing.links_of.items()}
     for joint in system.mechanism.joints:
         ends = []

@@ -5,8 +5,6 @@ import re
 import numpy as np
 import pytest
 from machines import PLANES, STEEL, bar, beam, elastic_bar, joint, model
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 
 import linkages
 from linkages import InputError, load_experiment, load_mechanism
@@ -31,6 +29,9 @@ def crank_and_rod(rod=ROD, plane="xy", extra=""):
 @pytest.mark.parametrize("plane", PLANES)
 def test_a_link_with_a_beam_has_its_mass_and_drake_reads_the_same(mechanism_of, plane):
     """In every plane: of a thin rod between its ends."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
     text = crank_and_rod(plane=plane)
     mechanism = mechanism_of(text)
     link = mechanism.link["rod"]

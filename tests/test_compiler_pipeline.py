@@ -110,7 +110,9 @@ def view_of_array(values: np.ndarray) -> float:
 @pytest.mark.parametrize(("function", "given"), [(own_array, 3), (view_of_array, np.ones(3))])
 def test_a_kernel_that_counts_references_without_declaring_it_is_compiled_twice(function, given, monkeypatch):
     monkeypatch.setattr(stored, "undeclared", [])
-    monkeypatch.setattr(stored, "read", lambda name: None)  # nothing is on disk: an earlier run of this test left its code there
+    monkeypatch.setattr(
+        stored, "read", lambda name: None
+    )  # nothing is on disk: an earlier run of this test left its code there
     assert kernel(function)(given) == function(given)
     assert stored.undeclared == [f"{__name__}.{function.__name__}"]
     assert kernel(makes_arrays=True)(function)(given) == function(given)

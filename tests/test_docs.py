@@ -12,13 +12,14 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from drake_missing import ExampleRunner
 from test_words import replaced_words
 
 from linkages import laws
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", ROOT / "sdf" / "README.md", *sorted(DOCS.glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "SKILL.md", ROOT / "sdf" / "README.md", *sorted(DOCS.glob("*.md"))]
 #: What scripts, notebooks and pages import from.
 PUBLIC = (
     "linkages",
@@ -211,7 +212,7 @@ def test_example_of_a_public_function_is_right(name, no_laws_stay):
     """As a user's script runs it."""
     function = pkgutil.resolve_name(name)
     examples = doctest.DocTestFinder().find(function, name, globs={"__name__": "__main__"})
-    runner = doctest.DocTestRunner()
+    runner = ExampleRunner()
     assert sum(len(example.examples) for example in examples) > 0, "no example"
     for example in examples:
         runner.run(example)
@@ -230,7 +231,7 @@ def test_examples_of_all_other_docstrings_are_right(no_laws_stay):
     ]
     examples = [one for module in modules for one in doctest.DocTestFinder().find(module) if one.examples]
     others = [one for one in examples if one.name not in public]
-    runner = doctest.DocTestRunner()
+    runner = ExampleRunner()
     for example in others:
         runner.run(example)
     assert len(others) > 20

@@ -26,7 +26,7 @@ from linkages.base.kernel.simd import lane, lanes, lanes_at, put_lanes, with_lan
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.films import film_force
-from linkages.laws.friction import bristle_rate, friction_coefficient
+from linkages.laws.friction import friction_action
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -161,9 +161,8 @@ def test_contact_laws(name):
 @kernel
 def friction_along(v: float, bristle: float, law: np.record, given: Out) -> None:
     out = reference(given).rows
-    out[0] = friction_coefficient(seeded(v, 0), seeded(bristle, 1), law)
-    if law.bristles:
-        out[1] = bristle_rate(seeded(v, 0), seeded(bristle, 1), law)
+    none = seeded(0.0, -1)
+    out[0], _, _, out[1] = friction_action(seeded(v, 0), (none, none, none, seeded(bristle, 1)), law)
 
 
 @pytest.mark.parametrize("name", [name for name in FRICTIONS if name != "none"])
@@ -174,7 +173,8 @@ def test_friction_laws(name):
         point = np.array([v, 2e-6])
 
         def values(*x):
-            return friction_coefficient(*x, law), bristle_rate(*x, law) if law["bristles"] else 0.0
+            mu, _, _, rate = friction_action(x[0], (0.0, 0.0, 0.0, x[1]), law)
+            return mu, rate
 
         friction_along(*point, law, given)
         check(values(*point), out, gradient(values, point, 1e-3 * np.abs(point)), 2)

@@ -200,6 +200,32 @@ def test_studies_and_identification_refuse_it_too(reader, text, tmp_path):
         reader(tmp_path / "mine.toml")
 
 
+CALLS = {
+    "a batch": lambda system: linkages.simulate_batch(system, [FRAME], [[0.04], [0.06]]),
+    "a batch of one run": lambda system: linkages.simulate_batch(system, [FRAME], [[0.05]]),
+    "derivatives of a batch": lambda system: linkages.simulate_batch(system, wrt=[FRAME]),
+    "derivatives of a run": lambda system: linkages.simulate(system, outputs=["slider.ax"], wrt=[FRAME]),
+    "a direction": lambda system: linkages.simulate(system, wrt=[linkages.Direction("r", 0.05, {FRAME: 1.0})]),
+    "sensitivities": lambda system: linkages.sensitivities(system, [FRAME], ["slider.ax"]),
+    "a sweep": lambda system: linkages.sweep(system, FRAME, [0.04, 0.06], ["slider.ax"], 1),
+    "a grid": lambda system: linkages.sweep_grid(
+        system, "drives.O.speed", [10.0, 20.0], FRAME, [0.04, 0.06], ["slider.ax"], 1
+    ),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_functions_refuse_it_as_commands_do(call, tmp_path):
+    system = load(old(tmp_path, DRY))
+    with pytest.raises(InputError, match=REFUSED):
+        CALLS[call](system)
+
+
+def test_a_batch_may_keep_a_value_that_acts(tmp_path):
+    batch = linkages.simulate_batch(load(old(tmp_path), {"duration": 0.01}), [JOINT], [[CRANK]], ["slider.ax"])
+    assert batch.status == [linkages.Status.OK]
+
+
 ALLOWED = {  # other commands read them, they say how a run is made, or they are as before
     "the wear": "joints.B.wear.coefficient=2e-16",
     "a warning's limit": "joints.B.contact.yield_strength=4e8",
@@ -235,11 +261,51 @@ def test_each_refusal_has_its_reason(path, tmp_path):
     assert varied(system, path, [value, value + 0.01]) == f"changes no number of the model: {IDLE[path]}"
 
 
+def test_segments_of_a_rigid_link_are_no_number_of_drake_either(tmp_path):
+    options = argparse.Namespace(file=str(new(tmp_path)), set=["links.rod.segments=9"])
+    with pytest.raises(InputError, match=r'link rod is rigid; give links\.rod\.model = "flexible"'):
+        load_system(options)
+
+
+def test_the_key_of_a_refused_number_is_the_one_in_the_file(tmp_path):
+    """Not the type that the number failed to be, where a key takes numbers and texts."""
+    new(tmp_path)
+    (tmp_path / "mine.toml").write_text(FIT.replace("deviation = 1.0", "deviation = 0.0"))
+    with pytest.raises(
+        InputError, match=r"^mine\.toml: data\.run\.columns\.a\.deviation: is 0\.0; it should be greater"
+    ):
+        optim.load_identification(tmp_path / "mine.toml")
+
+
 def test_the_direction_of_an_output_counts(tmp_path):
     """A frame's own angle changes nothing but an output that asks for it."""
     system, path = load(new(tmp_path)), "sdf.frames.crank_A.pose.yaw"
     assert varied(system, path, [0.0, 0.1])
     assert not varied(system, path, [0.0, 0.1], ["crank_A.angle"])
+
+
+LAW = 'contact = { law = "flores", restitution = 0.7, stiffness = 1e6 }'
+#: Part -> its table, and a value that turns the reference configuration or a frame.
+COUNTING = {
+    "a torque over a coordinate": (
+        '[torques.T]\njoint = "A"\nover = "A.coordinate"\nat = [-9, 9]\ntorques = [-1, 1]\n',
+        "sdf.links.rod.pose.yaw",
+    ),
+    "a torque by a formula": ('[torques.T]\njoint = "A"\nformula = "-0.5*rod.angle"\n', "sdf.links.rod.pose.yaw"),
+    "a force in axes of a frame": (
+        '[forces.F]\npoint = "rod_B"\naxes = "body"\nforce = [1.0, 2.0]\n',
+        "sdf.frames.rod_B.pose.yaw",
+    ),
+    "a line on a link": (f'[contacts.C]\npoint = "slider"\nline = "rod_B"\n{LAW}\n', "sdf.frames.rod_B.pose.yaw"),
+}
+
+
+@pytest.mark.parametrize("part", COUNTING)
+def test_what_counts_from_the_reference_configuration_is_changed_with_it(part, tmp_path):
+    text, path = COUNTING[part]
+    file = new(tmp_path)
+    file.write_text(f"{file.read_text()}\n{text}")
+    assert not varied(load(file), path, [0.0, 0.1])
 
 
 def test_the_page_refuses_it_until_it_is_changed_back(tmp_path):

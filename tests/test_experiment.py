@@ -200,7 +200,7 @@ def test_a_law_without_v_0_takes_any_v_1(experiment_file, law, fine):
         system = load(file)
         assert system.value("joints.A.friction.v_1") == 1e-4
         if law == "coulomb":
-            assert friction_coefficient(2e-4, 0.0, system.laws[0]) == pytest.approx(0.1 * math.tanh(2.0), rel=1e-14)
+            assert friction_coefficient(2e-4, system.laws[0]) == pytest.approx(0.1 * math.tanh(2.0), rel=1e-14)
     else:
         with pytest.raises(InputError, match=r"v_1 must be above v_0, which is 0\.0001 m/s, the default; give v_0"):
             load(file)

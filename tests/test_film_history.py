@@ -25,6 +25,8 @@ from linkages.laws.film.film_steps import advance_film, start_film
 from linkages.laws.film.surface import FilmSurface, Groove, Journal, at_rest, follow, move, surface_mesh
 from linkages.laws.film.surface.balance import Thickness, make_balance
 from linkages.laws.film.surface.surface_film import outflows, solve_film
+from linkages.results.peak_errors import errors
+from linkages.results.trajectory import sample
 from linkages.show.live.session import Session
 
 CELLS = (36, 4)
@@ -275,6 +277,8 @@ def test_a_rotor_moves_as_the_independent_loaded_journal(rotor, system_of, case)
     assert errors[2] < 0.65 * errors[1]
 
 
+TICKS = np.concatenate([-np.geomspace(1e-2, 50.0, 40), np.geomspace(1e-2, 50.0, 40)])  # times around a jump [ns]
+
 #: A journal that crosses a cavity and hits the oil on its other side.
 IMPACT = {"duration": 2e-4, "sdf.links.carriage.mass": 1e-6, "joints.A.history": {"content": 0.8, "cells": [24, 3]}}
 
@@ -311,10 +315,38 @@ def test_the_stated_error_of_a_constant_film_step_contains_an_impact_that_it_mis
     assert warning["remedy"].startswith("shorten joints.A.history.step, or leave it out")
 
 
+def test_jumps_that_shift_in_time_are_no_error_of_a_peak():
+    """A force of 100 N jumps by 10 N at each of 20 cells; in the other run 1 ns later, and 0.1 N higher."""
+    times = np.unique(np.concatenate([np.linspace(0.0, 2e-5, 2001), *(1e-6 * (k + 1e-3 * TICKS) for k in range(20))]))
+
+    def run(late, more):
+        def evaluate(t):
+            teeth = np.exp(-((t - late) % 1e-6) / 5e-7)
+            return {"time": t, "A.force": (100.0 + more + 10.0 * teeth) * np.sin(np.pi * t / 2e-5)}
+
+        return sample(times, evaluate, linkages.Status.OK, {})
+
+    one, other = run(0.0, 0.0), run(1e-9, 0.1)
+    peaks = [{"A.force.peak": float(each["A.force"].max())} for each in (one, other)]
+    (stated,) = errors(one, other, *peaks, None, {"A.force": 0.0}, jagged=True).values()
+    assert 0.1 < stated < 0.5
+
+
+@pytest.mark.slow
+def test_the_stated_error_contains_the_one_of_the_cells(rotor):
+    """The same impact on four times as many cells in each direction, whose peak is 5 % off."""
+    found = linkages.summarize(linkages.assess(rotor(IMPACT)))
+    fine = linkages.simulate(rotor(IMPACT | {"joints.A.history": {"content": 0.8, "cells": [96, 12]}}))
+    change = abs(found["joints"]["A"]["force"]["peak"] - linkages.extremes(fine, ["A.force"])["A.force"].peak)
+    assert 0.02 * found["joints"]["A"]["force"]["peak"] < change <= found["error"]["A.force.peak"]
+
+
 def test_a_warning_about_chosen_film_steps_names_their_accuracy(rotor):
     found = linkages.summarize(linkages.assess(rotor(IMPACT | {"joints.A.history.accuracy": 0.5})))
     (warning,) = [one for one in found["warnings"] if one["kind"] == "rough"]
-    assert warning["remedy"].startswith("reduce joints.A.history.accuracy; tighten solver.accuracy")
+    assert warning["remedy"].startswith(
+        "reduce joints.A.history.accuracy; increase joints.A.history.cells; tighten solver"
+    )
 
 
 @pytest.mark.slow

@@ -26,6 +26,23 @@ def test_pages_say_how_hard_a_dry_joint_strikes(page, dry_forces):
     assert float(times) == pytest.approx(dry_forces[0] / dry_forces[1], rel=0.02)
 
 
+def test_the_picture_of_the_first_page_has_the_numbers_of_its_run():
+    """The run goes on after its start-up in a chaotic motion, so that its peaks depend on the last digits."""
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    summary = linkages.summarize(linkages.assess(system, "compiled", error_estimate=False))
+    shown = summary["windows"][summary["report"]]
+    ratio = shown["joints"]["B"]["force"]["peak"] / shown["ideal"]["joints"]["B"]["force"]["peak"]
+    picture = (ROOT / "docs" / "figures" / "landing.svg").read_text(encoding="utf-8")
+    assert f"{1e3 * system.experiment.joints['B'].clearance:g} mm of clearance" in picture
+    assert float(re.search(r">([\d.]+) times<", picture)[1]) == pytest.approx(ratio, rel=0.05)
+    assert float(re.search(r">(\d+) %<", picture)[1]) == pytest.approx(
+        100.0 * shown["joints"]["B"]["contact_fraction"], abs=2
+    )
+    for page in ("README.md", "docs/index.md"):
+        (said,) = re.findall(r"force in it: ([\d.]+) times", (ROOT / page).read_text(encoding="utf-8"))
+        assert float(said) == pytest.approx(ratio, rel=0.05)
+
+
 def test_the_first_run_says_what_thinner_oil_does():
     text = (ROOT / "docs" / "first_run.md").read_text(encoding="utf-8")
     (used,) = re.findall(r"Joint A now uses ([\d.]+) %", text)

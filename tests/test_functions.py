@@ -8,10 +8,10 @@ from machines import four_bar
 from test_loads import GOOD, NO_STATES, RNG, direction, slope, states, wrenches_along
 
 from linkages import InputError, ideal, load, simulate
+from linkages.elements.machine import add_elements
 from linkages.input.files.formula import FUNCTIONS, parse
-from linkages.input.model.functions import formula, program, table_over
+from linkages.input.functions.definitions import formula, program, table_over
 from linkages.mechanics.planar.jets import CODES
-from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.motion import Motions, evaluate_motions, function_jet, monotone_table
 
 #: Every function and operator, smooth and defined for a and b between 0.2 and 0.8.
@@ -149,7 +149,7 @@ def test_wrenches_are_those_of_the_formulas_as_written(driven):
         expected = drag @ v_tip + jet_force @ v_follower + np.dot(cutting, v_coupler)
         expected += motor * sign * w_follower - 0.1 * abs(w) ** 3
         wrench = np.zeros_like(vel)
-        load_wrenches(system.loads, t, NO_STATES, pose, vel, wrench)
+        add_elements(system.elements, system.loads[1:], t, NO_STATES, pose, vel, wrench)
         assert np.sum(wrench * vel) == pytest.approx(expected, rel=1e-10)
 
 
@@ -179,7 +179,17 @@ def test_a_drive_by_a_formula_needs_the_torque_of_its_acceleration(system_of):
     np.testing.assert_allclose(columns["O.torque"], -0.08 * 7.5 * np.sin(5 * times), atol=1e-13)
 
 
-def test_a_section_that_a_formula_looks_at_is_there_in_runs(system_of):
+#: Elements whose formulas read a frame on a flexible link.
+READERS = {
+    "torque": "[torques.M]\njoint = 'O'\nformula = '-0.5*middle.vy*t'\n",
+    "state": "[states.z]\nrate = '-0.5*middle.vy*t'\n[torques.M]\njoint = 'O'\nformula = 'z'\n",
+    "motor": "[motors.M]\njoint = 'O'\nkind = 'dc'\nresistance = 1\ntorque_constant = 1\nformula = '-0.5*middle.vy*t'\n",
+    "controller": "[controllers.C]\nkind = 'pid'\nsignal = '2*middle.vy'\nreference = '0'\nproportional = 1\n",
+}
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_a_section_that_a_formula_looks_at_is_there_in_runs(system_of, reader):
     """Signals of a flexible link without other loads: runs omit unloaded sections."""
     from machines import bar, elastic_bar, joint, model
 
@@ -188,8 +198,7 @@ def test_a_section_that_a_formula_looks_at_is_there_in_runs(system_of):
     links += '<frame name="other" attached_to="rod"><pose>0.1 0 0 0 0 0</pose></frame>'
     sdf = model("pendulum", links + joint("O", "world", "crank") + joint("A", "crank_tip", "rod"))
     text = "duration = 0.1\n[links.rod]\nmodel = 'flexible'\nbending = 2\ndamping = 0.01\n"
-    text += "[torques.M]\njoint = 'O'\nformula = '-0.5*middle.vy*t'\n"
-    system = system_of(sdf, text)
+    system = system_of(sdf, text + READERS[reader])
     assert system.tree.acting < len(system.tree.bodies.records)
     assert system.arrays.signals["term"]["b"]["body"].max() < system.tree.acting
 

@@ -3,11 +3,12 @@
 import csv
 import json
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from machines import circle_intersection, four_bar, written
+from matplotlib.colors import LogNorm
 
 import linkages
 from linkages import Status
@@ -209,8 +210,8 @@ def test_a_map_of_nonsense_is_refused_before_it_runs(machine, tmp_path, capsys, 
     assert not (tmp_path / "out").exists()
 
 
-def test_figures_of_peaks(machine):
-    """Panels for one variable; for two, contours where the peaks vary, the line of the limit where it lies in the map."""
+def test_a_coarse_map_has_values_in_its_cells_and_no_contours(machine):
+    """Contours between few values contradict the cells; cells beyond the limit are hatched."""
     system, axes = linkages.load(machine), ("drives.O.speed", [10.0, 20.0, 30.0], "sdf.links.coupler.mass", [0.1, 0.2])
     grid = linkages.sweep_grid(system, *axes, ["O.torque", "crank.omega"], 1)
     peaks = grid.peaks("O.torque")
@@ -218,18 +219,54 @@ def test_figures_of_peaks(machine):
     axis, bar = figure.axes
     assert (axis.get_xlabel(), axis.get_ylabel()) == ("drives.O.speed [rad/s]", "sdf.links.coupler.mass [kg]")
     assert bar.get_ylabel() == "peak of O.torque [N m]"
-    mesh, contours, _ = axis.collections
+    (mesh,) = axis.collections
     np.testing.assert_array_equal(mesh.get_array(), peaks.T)
-    assert len(contours.get_paths()) > 2
-    assert [text.get_text() for text in axis.get_legend().get_texts()] == [f"limit {peaks.mean():.5g} N m"]
-    assert len(map_figure(grid, "O.torque", "N m", 1e9).axes[0].collections) == 2
+    assert [text.get_text() for text in axis.texts] == [f"{value:.3g}" for value in peaks.T.ravel()]
+    hatched = [patch.get_center().tolist() for patch in axis.patches if patch.get_hatch()]
+    beyond = [[x, y] for y, row in zip(axes[3], peaks.T, strict=True) for x, value in zip(axes[1], row, strict=True)
+              if value > peaks.mean()]  # fmt: skip
+    np.testing.assert_allclose(hatched, beyond)
+    assert [text.get_text() for text in axis.get_legend().get_texts()] == [f"above {peaks.mean():.4g} N m"]
+    assert not map_figure(grid, "O.torque", "N m", 1e9).axes[0].patches
+    assert isinstance(mesh.norm, LogNorm) == (peaks.max() > 5.0 * peaks.min())
     last = replace(grid.rows[2][1], section=None, status=Status.JOURNAL_LEFT_BEARING)
     torn = replace(grid, rows=(*grid.rows[:2], (grid.rows[2][0], last)))
     axis = map_figure(torn, "O.torque", "N m", float(peaks.mean())).axes[0]
-    assert len(axis.collections) == 3  # contours and the line of the limit where there are peaks
-    assert [text.get_text() for text in axis.get_legend().get_texts()][1] == "no result"
+    assert axis.get_legend().get_texts()[-1].get_text() == "no result"
     assert axis.lines[0].get_xydata().tolist() == [[30.0, 0.2]]
-    sweep = linkages.sweep(system, *axes[:2], ["O.torque", "crank.omega", "coupler.omega"], 1)
+
+
+@dataclass
+class Plane:
+    """A grid of a plane over two variables, from 0 to 4 by default."""
+
+    count: int
+    paths: tuple[str, str] = ("one", "other")
+    units: tuple[str, str] = ("m", "kg")
+
+    @property
+    def values(self):
+        return (np.linspace(1.0, 2.0, self.count).tolist(),) * 2
+
+    def peaks(self, _):
+        return np.add.outer(*self.values)
+
+
+@pytest.mark.parametrize(("count", "has"), [(11, False), (12, True)])
+def test_contours_begin_with_twelve_values_of_both_variables(count, has):
+    axis = map_figure(Plane(count), "B.force", "N", 3.0).axes[0]
+    assert (len(axis.collections) > 1) == has
+    if has:
+        _, contours, limit = axis.collections
+        assert len(contours.get_paths()) > 2
+        for x, y in limit.get_paths()[0].vertices:
+            assert x + y == pytest.approx(3.0)
+
+
+def test_figures_of_peaks(machine):
+    """Panels for one variable."""
+    system, axes = linkages.load(machine), ("drives.O.speed", [10.0, 20.0, 30.0])
+    sweep = linkages.sweep(system, *axes, ["O.torque", "crank.omega", "coupler.omega"], 1)
     units = {"O.torque": "N m", "crank.omega": "rad/s", "coupler.omega": "rad/s"}
     figure = peaks_figure(sweep, units)
     assert [axis.get_visible() for axis in figure.axes] == [True, True, True, False]

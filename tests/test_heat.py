@@ -123,7 +123,7 @@ def test_a_simulation_reports_the_temperature(experiment_file, tmp_path, capsys)
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())
     heat = summary["joints"]["A"]["heat"]
     assert "oil (lumped heat balance)" in text
-    assert f"{heat['temperature']:.5g}" in text
+    assert f"{heat['temperature']:.4g}" in text
     assert summary["provenance"]["experiment"]["joints"]["A"]["oil"]["temperature"] == heat["temperature"]
     assert summary["provenance"]["sources"]["joints.A.oil.temperature"] == "heat balance"
     assert main(["report", str(tmp_path / "run")]) == 0

@@ -7,9 +7,6 @@ import numpy as np
 import pytest
 from foreign_files import angles_on_drake, experiment, written
 from machines import bar, circle_intersection, four_bar, joint, model
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex
 
 from linkages import InputError, load_mechanism
 from linkages.cli.main import main
@@ -23,6 +20,9 @@ GOOD = four_bar()
 
 def drake(text, kind="sdf", welded=()):
     """Drake's plant of a text, and its context."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
     plant = MultibodyPlant(0.0)
     Parser(plant).AddModelsFromString(text, kind)
     for name in welded:
@@ -107,6 +107,8 @@ LEG = LEG.replace('relative_to="__model__"', "")  # Drake: only a model's own pa
 
 
 def test_models_in_models_are_as_drake_reads_them(mechanism_of):
+    from pydrake.multibody.tree import BodyIndex
+
     text = model("host", bar("crank", 0.1, "__model__") + joint("O", "world", "crank") + LEG)
     machine = mechanism_of(text)
     plant, context = drake(text)
@@ -388,10 +390,45 @@ def test_of_a_world_its_one_model_is_taken(imported, mechanism_of):
     assert "gravity = [0.0, 0.0, -9.8]" in text
 
 
+def test_a_universal_joint_of_two_hinges_is_a_hinge_in_the_plane(imported):
+    """A parallel robot's leg in URDF: the second hinge is at the place of the first, and would turn out of the plane."""
+
+    def arm(name, mass):
+        inertia = f'<inertia ixx="{mass}" iyy="{mass}" izz="{mass}" ixy="0" ixz="0" iyz="0"/>'
+        return f'<link name="{name}"><inertial><origin xyz="0.1 0 0"/><mass value="{mass}"/>{inertia}</inertial></link>'
+
+    def hinge(name, parent, child, x, axis):
+        ends = f'<parent link="{parent}"/><child link="{child}"/>'
+        return f'<joint name="{name}" type="continuous">{ends}<origin xyz="{x} 0 0"/><axis xyz="{axis}"/></joint>'
+
+    links = '<link name="world"/><link name="cross"/>' + arm("a", 0.3) + arm("b", 0.2)
+    joints = hinge("U1", "world", "a", 0, "0 0 1") + hinge("U2", "a", "cross", 0.3, "0 1 0")
+    path, said = imported(f'<robot name="r">{links}{joints}{hinge("U3", "cross", "b", 0, "0 0 1")}</robot>')
+    assert "changes the motion: joint U2 of a universal or ball joint would turn out of the plane: held" in said
+    assert "with 2 links, 2 joints, 0 loops, mobility 2" in said
+    assert list(load_mechanism(path).joint) == ["U1", "U3"]
+
+
+def test_hinges_at_two_places_are_no_universal_joint(tmp_path, capsys):
+    """The link between them would move: the reason is the axis."""
+    links = "".join(f'<link name="{name}"/>' for name in ("world", "cross"))
+    body = '<link name="b"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    joints = "".join(
+        f'<joint name="{n}" type="continuous"><parent link="{p}"/><child link="{c}"/><origin xyz="0.2 0 0"/><axis xyz="{a}"/></joint>'
+        for n, p, c, a in (("P", "world", "cross", "0 1 0"), ("Q", "cross", "b", "0 0 1"))
+    )
+    (tmp_path / "r.urdf").write_text(f'<robot name="r">{links}{body}{joints}</robot>')
+    assert main(["import", str(tmp_path / "r.urdf"), "--out", str(tmp_path / "r.sdf")]) == 2
+    assert "not planar: its axis is not parallel to the axis of" in capsys.readouterr().err
+
+
 REFUSED = {
     "two models in a world": ('<sdf><world><model name="a"/><model name="b"/></world></sdf>', "has 2 <model> elements"),
-    "xacro": (urdf_four_bar('<xacro:macro name="leg"/>'), "is xacro"),
-    "xacro in a value": (urdf_four_bar(LOOP).replace('"0.25 0 0"', '"${a} 0 0"'), "is xacro"),
+    "xacro": (urdf_four_bar('<xacro:macro name="leg"/>'), "cannot be expanded by xacro ("),
+    "xacro in a value": (
+        urdf_four_bar(LOOP).replace('"0.25 0 0"', '"${a} 0 0"'),
+        "cannot be expanded by xacro (name 'a' is not defined",
+    ),
     "mimic": (urdf_four_bar("").replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><mimic joint="O"/>', 1), "<mimic>"),
     "ball": (urdf_four_bar(LOOP).replace('"continuous"', '"floating"', 1), 'type "floating" is not supported'),
     "not planar": (urdf_four_bar(LOOP).replace('"0 0 1"', '"0 1 1"', 1), "not parallel to the axis of"),
@@ -410,7 +447,10 @@ REFUSED = {
         "at most 1e+50",
     ),
     "nothing moves": (model("m", bar("a", 0.1, "__model__")), "no moving link"),
-    "neither": ("<mujoco/>", "is not SDFormat"),
+    "neither": (
+        "<Robot/>",
+        "is a robot of OpenRAVE; SDFormat (<sdf>), URDF and xacro (<robot>) and MJCF (<mujoco>) are",
+    ),
     "neither true nor false": (sdf_arm('degrees="yes" ', "end"), '<pose> degrees: is "yes"; write true or false'),
     "static": (model("m", "<static>True</static>" + bar("a", 0.1, "__model__")), "a static model cannot move"),
     "two masses": (GOOD.replace("<mass>", "<mass>1</mass><mass>", 1), "<inertial>: has 2 <mass> elements; keep one"),

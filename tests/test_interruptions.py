@@ -11,6 +11,7 @@ import sys
 import threading
 from contextlib import suppress
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -22,11 +23,12 @@ import linkages
 from linkages import load_trajectory
 from linkages.base import signals
 from linkages.base.errors import InputError
+from linkages.base.kernel.block import Block
 from linkages.base.signals import deferred, interruptible
 from linkages.cli.main import exit_status, main
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.run.binding import integrate
-from linkages.engines.compiled.run.job import make_given, make_job
+from linkages.engines.compiled.run.job import Job, make_given, make_job
 from linkages.mechanics.integrate.driver import PAUSED
 from linkages.results.outputs.registry import pack
 
@@ -182,7 +184,7 @@ def test_a_row_of_a_batch_ends_after_the_present_step():
     given = make_given(
         system := linkages.load(linkages.find_file("slider_crank_dry.toml")), pack(system, ()), np.zeros((0, 2))
     )
-    record = integrate(make_job(given), np.ones(1, np.int64), np.zeros(1))
+    record = integrate(cast(Job, Block(make_job(given))), np.ones(1, np.int64), np.zeros(1))
     assert (record.status, record.steps) == (PAUSED, 0)
 
 

@@ -84,7 +84,7 @@ def add_wrenches(applied, t, pose, vel, wrench):
     """Add the wrenches of loads and elements."""
     loads, elements = applied
     load_wrenches(loads, t, NO_STATES, pose, vel, wrench)
-    add_elements(elements, pose, vel, wrench)
+    add_elements(elements, loads[1:], t, NO_STATES, pose, vel, wrench)
 
 
 def states(tree, q, v):
@@ -139,10 +139,10 @@ def test_wrenches_do_the_virtual_work_of_the_written_laws(system_of, plane, axis
         loads, elements = applied
         outputs = np.empty((len(loads[0]) + count(elements), len(LOAD_OUTPUTS)))
         load_outputs(loads, np.zeros(len(loads[0])), t, NO_STATES, pose, vel, outputs)
-        tell_elements(elements, len(loads[0]), pose, vel, outputs)
+        tell_elements(elements, loads[1:], t, NO_STATES, len(loads[0]), pose, vel, outputs)
         assert outputs[:, 2].sum() == pytest.approx(np.sum(wrench * vel), rel=1e-12)
-        np.testing.assert_allclose(outputs[4:, 0], resist, rtol=1e-9)
-        np.testing.assert_allclose(outputs[4:, 1], here[7:], rtol=1e-12)
+        np.testing.assert_allclose(outputs[:4, 0], resist, rtol=1e-9)
+        np.testing.assert_allclose(outputs[:4, 1], here[7:], rtol=1e-12)
         generalised_force(tree.bodies, pose, wrench, tau)
         assert tau @ w == pytest.approx(expected, rel=1e-9)
 
@@ -173,8 +173,9 @@ class Dual(NamedTuple):
 
 @kernel(makes_arrays=True)
 def _wrenches_along(loads, elements, t, given):
-    load_wrenches(loads, t, np.zeros(0), reference(given).pose, reference(given).vel, reference(given).wrench)
-    add_elements(elements, reference(given).pose, reference(given).vel, reference(given).wrench)
+    pose, vel, wrench = reference(given).pose, reference(given).vel, reference(given).wrench
+    load_wrenches(loads, t, np.zeros(0), pose, vel, wrench)
+    add_elements(elements, loads[1:], t, np.zeros(0), pose, vel, wrench)
 
 
 def wrenches_along(applied, t, pose, vel, dpose, dvel):
@@ -198,13 +199,14 @@ def test_dual_numbers_give_the_derivative_of_the_wrenches(system_of):
 
 
 def test_springs_between_links_exert_no_net_force_and_no_net_moment(system_of):
-    _, tree, (_, elements) = loaded(system_of)
-    inner = [one for one in apart(elements) if all(marker["body"] > 0 for marker in markers_of(one))]
+    _, tree, ((_, *functions), elements) = loaded(system_of)
+    springs = [one for one in apart(elements) if len(one.springs) or len(one.torsion_springs)]
+    inner = [one for one in springs if all(marker["body"] > 0 for marker in markers_of(one))]
     assert len(inner) == 2
     pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
     wrench = np.zeros_like(vel)
     for one in inner:
-        add_elements(one, pose, vel, wrench)
+        add_elements(one, tuple(functions), 0.0, NO_STATES, pose, vel, wrench)
     size = np.abs(wrench).max()
     assert size > 1e-2
     assert np.abs(wrench[:, 1:].sum(axis=0)).max() < 1e-14 * size
@@ -228,7 +230,7 @@ def test_at_zero_length_the_force_is_the_mean_of_both_sides(system_of, free):
     def wrench(step):
         pose[body, :2] = at + step * vel[body, 1:]
         result = np.zeros_like(vel)
-        add_elements(elements, pose, vel, result)
+        add_elements(elements, tuple(functions), 0.0, NO_STATES, pose, vel, result)
         return result[body, 1:]
 
     before, there, after = wrench(-1e-9), wrench(0.0), wrench(1e-9)

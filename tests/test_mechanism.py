@@ -5,8 +5,6 @@ import re
 import numpy as np
 import pytest
 from machines import BEARING, PLANES, bar, four_bar, joint, model, plane_rotation, slider_crank
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 
 from linkages import InputError, find_file, load_mechanism
 from linkages.cli.main import main
@@ -30,6 +28,9 @@ NESTED = """
 
 @pytest.mark.parametrize("plane", PLANES)
 def test_poses_axes_and_inertias_agree_with_drakes_parser(mechanism_of, plane):
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
     text = model("nested", NESTED, plane)
     mechanism = mechanism_of(text)
     plant = MultibodyPlant(0.0)

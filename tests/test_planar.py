@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from machines import four_bar, slider_crank
 from newton_euler import free_bodies
-from pydrake.multibody.plant import MultibodyPlant
 
 from linkages import simulate
 from linkages.base.kernel.by_reference import packed
-from linkages.engines.drake.plant import add_tree, state_place
 from linkages.mechanics.planar.closure import closure_jacobian
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
 from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
@@ -29,6 +27,10 @@ def random_state(tree):
 
 
 def drake_plant(tree, gravity=(0.0, 0.0, 0.0)):
+    from pydrake.multibody.plant import MultibodyPlant
+
+    from linkages.engines.drake.plant import add_tree, state_place
+
     plant = MultibodyPlant(0.0)
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     instance = add_tree(plant, tree)

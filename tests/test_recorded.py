@@ -187,6 +187,42 @@ def test_units_of_columns(tmp_path):
     assert found.column("t (ms)", "m").tolist() == [0.0, 1.0]  # not a length: part of the name
 
 
+@pytest.mark.parametrize("heading", ["Time (ms)", "Time [ms]", "time (ms)", " time  [ms] ", "TIME [ms]"])
+@pytest.mark.parametrize("name", ["time", "Time", "Time (ms)", "time [ms]"])
+def test_a_column_is_found_with_and_without_its_unit(tmp_path, heading, name):
+    (tmp_path / "a.csv").write_text(f"{heading},x\n0,1\n500,2\n")
+    assert read_recording(tmp_path / "a.csv").column(name, "s").tolist() == [0.0, 0.5]
+
+
+@pytest.mark.parametrize(("headings", "name", "said"), [
+    ("x (mm),x (deg)", "x", 'a.csv has several columns "x"; give one of x (mm), x (deg)'),
+    ("X [mm],x (N)", "x [m]", 'a.csv has no column "x [m]"'),
+    ("F(1),F(2)", "F", 'a.csv has no column "F"; known are: F(1), F(2)'),
+])  # fmt: skip
+def test_a_name_of_no_column_or_of_several_is_refused(tmp_path, headings, name, said):
+    """Numbers in parentheses are no units, and another unit is another column."""
+    (tmp_path / "a.csv").write_text(f"{headings}\n0,1\n1,2\n")
+    with pytest.raises(ValueError, match=re.escape(said)):
+        read_recording(tmp_path / "a.csv").column(name, "m")
+
+
+def test_headings_of_their_own_come_first(tmp_path):
+    (tmp_path / "a.csv").write_text("X [m],x [m],x (N)\n0,1,2\n3,4,5\n")
+    found = read_recording(tmp_path / "a.csv")
+    assert [found.column(name, "m")[0] for name in ("X", "X [m]", "x (N)", "x [m]")] == [0.0, 0.0, 2.0, 1.0]
+
+
+@pytest.mark.parametrize("mapped", [
+    "", "[data.columns.'O.torque']\noutput = 'O.torque'\n", "[data.columns.'O.torque (N mm)']\noutput = 'O.torque'\n",
+])  # fmt: skip
+def test_measured_curves_have_headings_of_laboratories(system_of, tmp_path, mapped):
+    """A flywheel of 0.02 kg m2 under 0.1 N m; the file is 50 N mm higher."""
+    (tmp_path / "d.csv").write_text("Time (ms),O.torque (N mm)\n0,150\n400,150\n1000,150\n")
+    system = system_of(FLYWHEEL, f"duration = 1.0\n[drives.O]\ntorque = 0.1\n[data]\nfile = 'd.csv'\n{mapped}")
+    (curve,) = linkages.summarize(assess(system, error_estimate=False))["measured"].values()
+    assert curve["rms"] == pytest.approx(0.05)
+
+
 @pytest.mark.parametrize(
     ("keys", "gain", "offset"), [("", 1.0, 0.0), ("gain = -1.0\n", -1.0, 0.0), ("gain = 0.5\noffset = 0.2\n", 0.5, 0.2)]
 )
@@ -334,7 +370,7 @@ def test_measured_in_table_figure_and_report(measured, tmp_path, capsys):
     source, out = measured().experiment.source, tmp_path / "out"
     assert main(["simulate", str(source), "--no-animation", "--out", str(out)]) == 0
     text = capsys.readouterr().out
-    assert re.search(r"measured less computed +peak +rms +largest +at \[s\]\nfollower\.alpha .* 0\.301\n", text)
+    assert re.search(r"measured less computed +peak +rms +largest +at\nfollower\.alpha .* 301 ms\n", text)
     assert (out / "measured.png").is_file()
     assert main(["report", str(out)]) == 0
     page = (out / "report.html").read_text()
@@ -349,7 +385,8 @@ def test_data_from_the_command_line(measured, tmp_path, capsys):
     written(tmp_path / "plain.csv", time=run.time, **{"O.torque": run["O.torque"]})
     options = ["--no-animation", "--no-plots", "--out", str(tmp_path / "out")]
     assert main(["simulate", str(source), "--data", str(tmp_path / "plain.csv"), *options]) == 0
-    assert re.search(r"\nO\.torque .*e-1\d", capsys.readouterr().out)
+    text = capsys.readouterr().out
+    assert re.search(r"\nO\.torque \[m?N m\] .*e-1\d", text)
 
 
 @pytest.mark.parametrize(

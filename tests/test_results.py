@@ -249,7 +249,8 @@ def test_a_run_leaves_nothing_of_another_run_in_its_folder(experiment_file, tmp_
     assert main([*words, "--no-plots", "--no-animation"]) == 0
     assert {path.name for path in out.iterdir()} == {"summary.json", "trajectory.npz", "ideal.npz", "mine.txt"}
     assert (out / "summary.json").read_text() != "of old"
-    assert capsys.readouterr().out.endswith(f"written to {out}/: ideal.npz, summary.json, trajectory.npz\n")
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.endswith(f"written to {out}/: ideal.npz, summary.json, trajectory.npz")
 
 
 @pytest.mark.slow
@@ -358,12 +359,13 @@ def test_importing_the_package_loads_no_engine():
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.drake
 def test_run_sevenbar_script_runs_from_anywhere(tmp_path):
     script = Path(__file__).resolve().parents[1] / "run_sevenbar.py"
     command = [sys.executable, script, "--duration", "0.05", "--no-plots", "--no-animation", "--no-error-estimate"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "slider7.ax [m/s2]" in done.stdout
+    assert "slider7.ax [" in done.stdout
     assert (tmp_path / "results" / "seven_bar" / "summary.json").exists()
 
 

@@ -10,9 +10,10 @@ from shipped import shipped
 
 from linkages import assess, horizon, simulate, summarize
 from linkages.explore.flow import period_of
-from linkages.results.characteristics import numbers, peaks_by_key
+from linkages.results.characteristics import numbers
 from linkages.results.divergence import PARTED
 from linkages.results.peak_errors import RESOLVED
+from linkages.results.shape import peaks_by_key
 
 FALLING = (
     "duration = {}\ngravity = [0.0, -9.81, 0.0]\noutputs = ['lower.omega', 'lower_tip.x']\n[solver]\naccuracy = {}\n"

@@ -11,7 +11,7 @@ from shipped import NAMES, shipped
 from linkages import InputError, find_file, load
 from linkages.system.system import System
 
-ARRAYS = ("laws", "tables", "film_limits", "touching", "bristles", "gravity")
+ARRAYS = ("laws", "tables", "film_limits", "touching", "gravity")
 OF_TREE = (
     "drawn", "closure_rows", "loop_rows", "ends", "free_dofs", "driven_dofs", "powered_dofs",
 )  # fmt: skip
@@ -25,6 +25,7 @@ def arrays(system: System) -> dict:
     found |= {f"tree.bodies.{name}": getattr(tree.bodies, name) for name in ("records", "shapes")}
     found |= {"q": assembly.q, "v": assembly.v, "quality": assembly.quality, "mobility": assembly.mobility}
     found |= {name: getattr(system.arrays, name) for name in ("joints", "driven_bodies", "powered_bodies")}
+    found |= {f"law_states.{name}": x for name, x in system.law_states._asdict().items()}
     found["ideal joints"] = system.ideal_arrays.joints
     for name in ("motions", "torques"):
         found |= {f"{name}{k}": x for k, x in enumerate(getattr(system, name).arrays)}

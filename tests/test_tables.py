@@ -78,7 +78,7 @@ def test_each_variable_of_an_optimisation_has_its_unit(solved):
 @pytest.mark.parametrize("feasible", [True, False])
 def test_a_nominal_design_that_is_not_feasible_is_named(solved, feasible):
     study, result = solved
-    changed = result | {"nominal": result["nominal"] | {"feasible": feasible}}
+    changed = result.model_copy(update={"nominal": result.nominal.model_copy(update={"feasible": feasible})})
     assert ("the nominal design is not feasible" in optim.format_result(study, changed)) != feasible
 
 

@@ -15,6 +15,8 @@ from pathlib import Path
 import platformdirs
 
 _DIGEST = hashlib.sha256().digest_size
+#: Beginnings of the names of network file systems.
+_NETWORKS = ("nfs", "cifs", "smb", "lustre", "gpfs", "beegfs", "ceph", "afs", "sshfs", "glusterfs", "pvfs2", "panfs")
 _ABANDONED = 3600.0  # age of a temporary file after which its process counts as killed [s]
 
 
@@ -40,6 +42,20 @@ def whole(path: Path) -> Iterator[Path]:
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def on_network(path: Path, mounts: Path = Path("/proc/mounts")) -> bool:
+    """Tell whether a path is on a network file system, as far as the system lists its mounts.
+
+    Processes on other computers see its files, but share neither memory nor all kinds of locks.
+    """
+    try:
+        lines = [line.split() for line in mounts.read_text(encoding="utf-8").splitlines()]
+    except OSError:  # not Linux
+        return False
+    place = path.absolute().resolve()
+    found = [(len(where), kind) for _, where, kind, *_ in lines if place.is_relative_to(where)]
+    return bool(found) and max(found)[1].removeprefix("fuse.").startswith(_NETWORKS)
 
 
 def abandoned(folder: Path, pattern: str) -> list[Path]:

@@ -5,11 +5,15 @@ from __future__ import annotations
 import difflib
 import enum
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 
+#: Origins of values that no file has, shown as their source and in errors: Python, or the command line.
+ARGUMENT, COMMAND_LINE = "argument", "command line"
+
 _LONG = 200  # characters of the longest word that a message shows whole
+_NAMED = 4  # most items of a brief list
 
 
 class InputError(ValueError):
@@ -50,6 +54,10 @@ class UnknownNameError(InputError, KeyError):
 
 class RunError(RuntimeError):
     """A run that cannot start, or does not reach its end; its text is one line with reason and remedy."""
+
+
+class TimeOverError(Exception):
+    """Raised by the progress function of a run that is to end: its steps so far are kept."""
 
 
 class AssemblyError(RunError):
@@ -127,6 +135,12 @@ def listed(items: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
+def listed_briefly(items: Sequence[str]) -> str:
+    """Join words, the first few of many: ``A, B, C, D and 3 more``."""
+    more = len(items) - _NAMED
+    return ", ".join(items[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
 def unreadable(path: Path, problem: OSError, others: Iterable[Path] = ()) -> InputError:
     """Make the error of an unreadable file; for a missing file with the most similar name.
 
@@ -151,11 +165,13 @@ class Status(enum.Enum):
     LOOP_OPEN = "loop-open"
     JOURNAL_LEFT_BEARING = "journal-left-bearing"
     JAMMED = "jammed"
+    FREE_OF_MASS = "free-of-mass"
     STEP_SIZE_COLLAPSE = "step-size-collapse"
     TOO_MANY_STEPS = "too-many-steps"
     NOT_FINITE = "not-finite"
     WORN_OUT = "worn-out"
     INTERRUPTED = "interrupted"
+    TIME_OVER = "time-over"
     BAD_INPUT = "bad-input"
 
     @property
@@ -179,6 +195,8 @@ _REMEDY = {
     ' model = "mixed"',
     Status.JAMMED: "no accelerations satisfy the friction of the joints, which grows with the joint forces (Painleve's"
     " paradox): lower a coefficient of friction, lengthen the slider, or use a dry joint with clearance",
+    Status.FREE_OF_MASS: "a link without mass or moment of inertia can move here while all masses rest, so that its"
+    " acceleration has no value: give its mass and inertia",
     Status.STEP_SIZE_COLLAPSE: "the integrator cannot meet its tolerance: loosen the accuracy, or check the"
     " parameters for values that make the system extremely stiff",
     Status.TOO_MANY_STEPS: "the steps are too short to reach the end: check the units (SI: metres, kilograms, radians"
@@ -188,4 +206,5 @@ _REMEDY = {
     " use fewer cycles, or check the wear coefficient and its unit, m2/N",
     Status.BAD_INPUT: "the values of this run are not valid: see its reason",
     Status.INTERRUPTED: "the run was stopped by the user; the computed part is kept",
+    Status.TIME_OVER: "the limit of time ended the run; the computed part is kept",
 }

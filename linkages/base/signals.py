@@ -63,7 +63,7 @@ def _mark() -> _Mark:
         os.write(file, bytes(_WORD))
         os.lseek(file, 0, os.SEEK_SET)
         os.set_blocking(file, False)  # which Python demands
-    except OSError:  # the disk is full: signals wait until Python handles them
+    except (OSError, AttributeError):  # the disk is full, or Windows: signals wait until Python handles them
         return _Mark(-1, mmap.mmap(-1, _WORD))
     return _Mark(file, mmap.mmap(file, _WORD))
 
@@ -114,7 +114,7 @@ def interruptible(alone: bool = False) -> Iterator[Received]:
         def send() -> None:
             with sending:
                 if not received.over and not ended.is_set():
-                    signal.pthread_kill(main.ident or 0, number)
+                    _send(main, number)
 
         timer = threading.Timer(after, send)
         timer.daemon = True
@@ -163,10 +163,19 @@ def interruptible(alone: bool = False) -> Iterator[Received]:
             received.over = True
             with sending:
                 ended.set()
-            signal.pthread_sigmask(signal.SIG_BLOCK, ())  # handles what was sent up to here: none outlives the block
+            if hasattr(signal, "pthread_sigmask"):  # handles what was sent up to here: none outlives the block
+                signal.pthread_sigmask(signal.SIG_BLOCK, ())
             for number, handler in before.items():
                 signal.signal(number, handler)
             sys.unraisablehook, sys.excepthook = hook, show
+
+
+def _send(thread: threading.Thread, number: int) -> None:
+    """Send a signal to a thread; on Windows to the process, whose main thread handles it."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(thread.ident or 0, number)
+    else:
+        signal.raise_signal(number)
 
 
 def _importing(frame: FrameType | None) -> bool:

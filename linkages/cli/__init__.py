@@ -27,6 +27,7 @@
 | doctor        | ``linkages doctor``: check of the installation                        |
 | completion    | ``linkages completion``: a script for the shell                       |
 | options       | options of several commands, numbers, their system, their folders     |
+| printing      | text on standard output: 78 columns, marks, colours                   |
 | progress      | progress: bars, lines, heartbeat                                      |
 
 A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, optionally

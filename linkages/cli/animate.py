@@ -45,6 +45,6 @@ def run(options: argparse.Namespace) -> int:
     system = recorded_system(results)
     path = options.out or options.folder / f"animation.{options.kind}"
     with whole(path) as partial:
-        count = write_moving(draw(system), system.mechanism, trajectory, partial, options.kind, options.seconds)
+        count = write_moving(draw(system), system.links, trajectory, partial, options.kind, options.seconds)
     print(f"written: {path}, {count} frames, {path.stat().st_size / 1e6:.1f} MB")
     return 0

@@ -73,8 +73,8 @@ def run(options: argparse.Namespace) -> int:
     path, low, high = path_and_range(options.vary, system)
     start = None if options.start is None else value_of("--start", options.start, path, system)
     system.replaced({path: low}, "--vary")  # reports a wrong path before the folder of results is made
-    out = output_folder(options, f"{system.experiment.source.stem}_branches", "continue")
-    names = output_names(options, system.experiment)
+    out = output_folder(options, f"{system.description.stem}_branches", "continue")
+    names = output_names(options, system)
     bars = stages(options, 1.0, "")
     keys = ("periods", "transient", "doublings", "step", "accuracy", "tolerance")
     settings = {key: getattr(options, key) for key in keys}
@@ -95,7 +95,7 @@ def run(options: argparse.Namespace) -> int:
             shown, factor = engineering(system.value_unit(path), max(abs(low), abs(high)))
             figure = branches_figure(found, units, axis_label(path, shown), factor, points)
             write_figure(figure, folder / "branches")
-        table, title = format_branches(found, units), system.experiment.title or system.experiment.source.stem
+        table, title = format_branches(found, units), system.description.heading
         question = f"Which periodic motions exist for {path} from {low:g} to {high:g}, and where do they change?"
         record(options, folder, title, question, _answer(found), table)
     print_results(options, table, out)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib.metadata
-import importlib.util
 import io
 import platform
 import re
@@ -18,7 +17,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from linkages.base.errors import Status
-from linkages.engines import ENGINES
+from linkages.base.packages import installed
+from linkages.engines import ENGINES, PACKAGES
 from linkages.input.files.shipped import data_folder
 
 HELP = "check the installation: versions, caches, data, a self-check"
@@ -28,6 +28,8 @@ EXAMPLES = """examples:
   linkages doctor > installation.txt        to send with a question or a bug report
 """
 _PLACE = "set NUMBA_CACHE_DIR to a writable folder"
+#: What is missing without a package that not every system has.
+_WITHOUT = {"drake": "without: the drake engine, compare, --verify, SNOPT, magnified joints in animations"}
 _TOLERANCE = 1e-6  # relative tolerance of the self-check; the runs of both engines are ten times more accurate
 
 
@@ -70,8 +72,8 @@ def examine() -> Iterator[CheckResult]:
         "threads": threads,
         "figures": figures,
     }
-    for engine, module in ENGINES.items():
-        if importlib.util.find_spec(module.rpartition(".")[0]) is not None:
+    for engine in ENGINES:
+        if engine not in PACKAGES or installed(PACKAGES[engine]):
             checks[f"self-check, {engine}"] = partial(self_check, engine)
     for name, check in checks.items():
         try:
@@ -89,14 +91,18 @@ def packages() -> Iterator[CheckResult]:
     except importlib.metadata.PackageNotFoundError:
         yield CheckResult("linkages", "not installed", "run `pip install .` in the checkout")
         return
-    for line in needed:
-        if ";" in line:  # requirement of an extra
+    for requirement in needed:
+        line, _, marker = (part.strip() for part in requirement.partition(";"))
+        if "extra" in marker:
             continue
         name, least = re.match(r"([\w.-]+)(?:.*>=([\d.]+))?", line).groups("")  # type: ignore[union-attr]
         try:
             version = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
-            yield CheckResult(name, "not installed", f'run `pip install "{line}"`')
+            if marker:  # not for all systems: the package does without
+                yield CheckResult(name, f"not on this system, and not needed by most commands; {_WITHOUT[name]}")
+            else:
+                yield CheckResult(name, "not installed", f'run `pip install "{line}"`')
             continue
         old = _numbers(version) < _numbers(least)
         yield CheckResult(name, version, f'is too old: run `pip install -U "{line}"`' if old else "")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from linkages.cli.options import add_out, add_set, output_folder, print_results, set_values
+from linkages.cli.options import add_out, add_set, output_folder, print_results, record, set_values
 
 HELP = "draw a mechanism: a labelled, movable picture, mobility, ranges of motion of the drives"
 WRITES = {"draw": ("drawing.html", "drawing.png", "drawing.svg")}
@@ -25,8 +25,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Draw; return the exit status."""
+    from linkages.base.errors import COMMAND_LINE
     from linkages.input.files.shipped import find_file
-    from linkages.input.model.experiment import COMMAND_LINE, nothing_done
+    from linkages.input.model.experiment import nothing_done
     from linkages.input.model.mechanism import faults_of_values, load_mechanism
     from linkages.show.plots.drawing import draw, page, svg
     from linkages.show.plots.drawing.raster import picture
@@ -45,8 +46,10 @@ def run(options: argparse.Namespace) -> int:
         write_figure(picture(drawing), folder / "drawing")
         (folder / "drawing.svg").write_text(svg(drawing), encoding="utf-8")
         (folder / "drawing.html").write_text(page(drawing), encoding="utf-8")
-    facts = [f"  {text}" for text in (*drawing.facts, *drawing.doubts)]
-    print_results(options, "\n".join([drawing.title, *facts]), out)
+        facts = [drawing.problem] * bool(drawing.problem) + [*drawing.facts, *drawing.doubts]
+        table = "\n".join([drawing.title, *(f"  {text}" for text in (*drawing.facts, *drawing.doubts))])
+        record(options, folder, drawing.title, "What can this mechanism do before it runs?", facts, table)
+    print_results(options, table, out)
     if drawing.problem:
         print(f"failed: {drawing.problem}", file=sys.stderr)
         return 1

@@ -80,7 +80,9 @@ def _export_loads(options: argparse.Namespace) -> int:
     cases = _cases(system, run, times, links)
     with errors_of_writing(out):
         out.mkdir(parents=True, exist_ok=True)
-        names = write_loads(out, cases, dict(system.mechanism.beam))
+        names = write_loads(
+            out, cases, {name: link.beam for name, link in system.links.items() if link.beam is not None}
+        )
     print(f"{'case':>4} {'time [s]':>12}  {'link':16} {'loads':>6} {'largest [N]':>12} {'sum / largest':>14}")
     for k, case in enumerate(cases):
         print(f"{k + 1:>4} {case.time:12.6g}  {case.name}")
@@ -124,7 +126,7 @@ def _compare(folder: Path, run: Trajectory, stored: Trajectory) -> None:
 def _links(asked: list[str] | None, system: System) -> list[str]:
     from linkages.base.errors import nearest
 
-    moving = [name for name in system.mechanism.link if name != "world"]
+    moving = [name for name in system.links if name != "world"]
     for name in asked or ():
         if name not in moving:
             raise InputError("--link", name, f"is unknown; {nearest(name, moving)}")
@@ -138,7 +140,7 @@ def _times(
     from linkages.base.errors import nearest
     from linkages.results.extremes import extremes
 
-    of_links = [joint.name for joint in system.mechanism.joints if {joint.parent, joint.child} & set(links)]
+    of_links = [joint.name for joint in system.joints.values() if {joint.parent, joint.child} & set(links)]
     words = asked or [f"{_PEAK}{name}.force" for name in of_links]
     names = [word.removeprefix(_PEAK) for word in words if word.startswith(_PEAK)]
     for name in names:

@@ -1,4 +1,4 @@
-"""``linkages import``: import of SDFormat or URDF of other programs."""
+"""``linkages import``: import of SDFormat, URDF, xacro and MJCF of other programs."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ if TYPE_CHECKING:
     from linkages.input.files.foreign import Entry
     from linkages.input.model.mechanism import Mechanism
 
-HELP = "convert SDFormat or URDF of another program to a mechanism (.sdf)"
+HELP = "convert SDFormat, URDF, xacro or MJCF of another program to a mechanism (.sdf)"
 
 EXAMPLES = """examples:
   linkages import robot.urdf --out robot.sdf
+  linkages import cart_pole.xml --out cart_pole.sdf
   linkages import gripper/model.sdf --out gripper.sdf
   linkages import world.sdf --model arm --out arm.sdf
   linkages import four_bar.sdf --joints-at-parent --out four_bar_closed.sdf
@@ -24,7 +25,7 @@ EXAMPLES = """examples:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="SDFormat or URDF; xacro must be expanded first")
+    parser.add_argument("file", type=Path, metavar="FILE", help="SDFormat, URDF, xacro or MJCF")
     parser.add_argument("--model", default="", metavar="NAME", help="model of a world that has several")
     parser.add_argument(
         "--joints-at-parent",
@@ -61,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
         why = "the file has an open loop or joint, or exceeds a limit"
         notes.append(f"reference configuration computed{' within the joint limits' * bool(limits)}: {why}")
     plane = planar(options.file, drawn, {})
-    entries = [_as_mimic(entry.in_plane(plane.basis), plane) for entry in entries]
+    entries = [_completed(entry.in_plane(plane.basis), plane) for entry in entries]
     notes += [entry.note for entry in entries]
     text = sdf_text(drawn, [f"made by `linkages import {options.file.name}`", *notes])
     machine = mechanism_of_text(options.file, text.encode())
@@ -83,25 +84,29 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _as_mimic(entry: Entry, machine: Mechanism) -> Entry:
-    """Return the entry; of a gear, with the key that joints need which share no link."""
-    known = entry.table == "gears" and machine.joint.keys() >= set(entry.joints)
-    if not known or machine.meet(*entry.joints):
+def _completed(entry: Entry, machine: Mechanism) -> Entry:
+    """Return the entry with the keys that the machine decides."""
+    from linkages.elements.machine import OF_ELEMENTS
+
+    kind = OF_ELEMENTS.get(entry.table)
+    if kind is None or not machine.joint.keys() >= set(entry.joints):
         return entry
-    return entry._replace(values=entry.values | {"mimic": True})
+    return entry._replace(values={**kind.completed(entry.values, machine.meet)})
 
 
 def _mobility(machine: Mechanism, entries: list[Entry]) -> str:
-    """Describe the degrees of freedom, with the gears of the entries and without."""
+    """Describe the degrees of freedom, with the couplings of the entries and without."""
     from linkages.input.model.experiment import nothing_done
     from linkages.system import System
 
-    gears = {entry.name: {**entry.values, "joints": list(entry.joints)} for entry in entries if entry.table == "gears"}
+    tables = {entry.table for entry in entries if entry.couples}
+    coupled = {table: {one.name: one.keys for one in entries if one.table == table} for table in tables}
     try:
         free, *more = (
-            System(machine, nothing_done(machine.source, {"gears": some})).assembly.mobility
-            for some in ((gears, {}) if gears else ({},))
+            System(machine, nothing_done(machine.source, some)).assembly.mobility
+            for some in ((coupled, {}) if coupled else ({},))
         )
     except (InputError, AssemblyError) as problem:
         return f"mobility unknown: {problem}"
-    return f"mobility {free}" + "".join(f" with the gears above, {without} without" for without in more)
+    named = " and ".join(coupled)
+    return f"mobility {free}" + "".join(f" with the {named} above, {without} without" for without in more)

@@ -55,12 +55,12 @@ def run(options: argparse.Namespace) -> int:
 
     given = None if options.frequencies is None else _range(options.frequencies)
     system = load_system(options)
-    out = output_folder(options, f"{system.experiment.source.stem}_linear", "linearise")
+    out = output_folder(options, f"{system.description.stem}_linear", "linearise")
     found = linearise(system, options.output, options.input, options.time, options.equilibrium)
     low, high, count = given or _usual(found)
     frequencies = np.geomspace(low, high, count)
     response = found.frequency_response(2.0 * np.pi * frequencies)
-    title = system.experiment.title or system.experiment.source.stem
+    title = system.description.heading
     result = content(title, found)
     with out as folder:
         write_json(folder / "linear.json", result)

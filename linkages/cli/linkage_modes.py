@@ -21,8 +21,8 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
     """Compute the modes of an experiment's linkage; return the exit status."""
     import numpy as np
 
+    from linkages.base.errors import COMMAND_LINE
     from linkages.explore.modes import modes, modes_over
-    from linkages.input.model.experiment import COMMAND_LINE
     from linkages.results.steady_state import common_period
     from linkages.system import load
 
@@ -32,7 +32,7 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
     count = min(options.count, len(found.squares))
     over = None
     if options.cycle is not None:
-        times = np.linspace(0.0, common_period(system) or system.experiment.duration, options.cycle + 1).tolist()
+        times = np.linspace(0.0, common_period(system) or system.settings.duration, options.cycle + 1).tolist()
         over = modes_over(system, times, count, progress_bar("modes over the cycle"))
     result = content(system, found, over, count)
     with out as folder:
@@ -54,9 +54,10 @@ def content(system: System, found: Modes, over: ModesOver | None, count: int) ->
     """Return the content of ``modes.json``: SI units, frequencies in Hz; docs/modes.md explains it."""
     from linkages.explore.modes import ModeShapes
     from linkages.input.files.versions import versions
+    from linkages.system.identity import input_record
     from linkages.system.linear_systems import LEFT_OUT
 
-    pose, experiment = found.system, system.experiment
+    pose = found.system
     shapes, strain = ModeShapes(found), found.strain()
     points = shapes.points()
     drives = zip(pose.tree.driven, pose.tree.driven_dofs, strict=True)
@@ -72,10 +73,10 @@ def content(system: System, found: Modes, over: ModesOver | None, count: int) ->
         for k in range(count)
     ]
     result = {
-        "title": experiment.title or experiment.source.stem,
+        "title": system.description.heading,
         "held": {name: float(pose.assembly.q[dof]) for name, dof in drives},
-        "ideal": list(experiment.play),
-        "left_out": [name for table in LEFT_OUT for name in getattr(experiment, table)],
+        "ideal": list(system.play),
+        "left_out": [name for table in LEFT_OUT for name in system.parts[table]],
         "at_rest": found.at_rest,
         "conservative": found.conservative,
         "modes": modes,
@@ -86,8 +87,7 @@ def content(system: System, found: Modes, over: ModesOver | None, count: int) ->
             "frequencies": [[_number(value) for value in line] for line in over.frequencies],
             "mac": float(over.mac.min()),
         }
-    values = experiment.model_dump(exclude_unset=True, exclude_none=True) | {"file": experiment.source.name}
-    return result | {"provenance": {"versions": versions(), "experiment": values}}
+    return result | {"provenance": {"versions": versions(), "experiment": input_record(system)["experiment"]}}
 
 
 def _answer(result: dict[str, Any]) -> list[str]:
@@ -100,11 +100,13 @@ def _answer(result: dict[str, Any]) -> list[str]:
 
 def format_modes(result: dict[str, Any]) -> str:
     """Format the content of ``modes.json`` as lines of text."""
+    from linkages.system.linear_systems import LEFT_OUT
+
     lines = [result["title"], f"modes at rest in the pose at t = 0; drives held: {_names(result['held'])}"]
     if result["ideal"]:
         lines.append(f"clearance joints that are ideal here: {_names(result['ideal'])}")
     if result["left_out"]:
-        lines.append(f"omitted (frictions, stops, contacts): {_names(result['left_out'])}")
+        lines.append(f"omitted ({', '.join(LEFT_OUT)}): {_names(result['left_out'])}")
     head = f"{'':10s}{'frequency [Hz]':>16s}{'damping [1]':>13s}"
     over = result.get("over")
     lines += ["", f"{head}{'lowest':>11s}{'highest':>11s}  strain energy" if over else f"{head}  strain energy"]

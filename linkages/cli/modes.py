@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError, Status
+from linkages.base.packages import check_installed
 from linkages.cli.options import add_out, add_pictures, add_set, output_folder, print_results, record
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import write_json
@@ -76,6 +77,8 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
     from linkages.three_rrr.analysis import analyse
     from linkages.three_rrr.robot import changed, load_robot
 
+    if options.verify:
+        check_installed("pydrake", "--verify")
     robot = load_robot(path)
     if options.elements is not None:
         robot = changed(robot, model={"elements": options.elements})

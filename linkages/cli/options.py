@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
 from linkages.cli import commands
+from linkages.cli.printing import show
 from linkages.input.files.unit_conversion import decimal_comma, is_quantity, read, si, si_unit
 from linkages.input.files.writing import OutputFolder, write_json
 from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
@@ -20,7 +21,6 @@ from linkages.show.plots.presentation import FORMATS, STYLES, presented, show_in
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from linkages.input.model.experiment import Experiment
     from linkages.results.trajectory import Trajectory
     from linkages.system import System
 
@@ -99,19 +99,26 @@ def add_drive(parser: argparse.ArgumentParser, defined: str) -> None:
 
 
 def add_cluster(parser: argparse.ArgumentParser) -> None:
-    """Add ``--cluster``."""
-    parser.add_argument("--cluster", metavar="ADDRESS", help="run on a Dask cluster, tcp://host:8786")
+    """Add ``--cluster`` and ``--wait``."""
+    meaning = "run on a Dask cluster: tcp://host:8786, or the file (.json) that its scheduler writes"
+    parser.add_argument("--cluster", metavar="ADDRESS", help=meaning)
+    meaning = "with --cluster: time to wait for the scheduler and a first worker; default: 60 s"
+    parser.add_argument("--wait", type=seconds, metavar="SECONDS", help=meaning)
 
 
 @contextmanager
-def workers(options: argparse.Namespace, remedy: str) -> Iterator[tuple[Executor | None, int]]:
-    """Provide the executor of ``--cluster`` and its number of threads, None and 0 without it; see `cluster`."""
+def workers(options: argparse.Namespace, remedy: str) -> Iterator[tuple[Executor | None, Callable[[], int]]]:
+    """Provide the executor of ``--cluster`` and the number of its threads by now; without it None and 0."""
     if not options.cluster:
-        yield None, 0
+        if options.wait is not None:
+            raise InputError("--wait", f"{options.wait:g}", "belongs to --cluster; give the address, or remove it")
+        yield None, lambda: 0
         return
-    from linkages.engines.cluster import cluster
+    from linkages.engines.cluster import WAIT, cluster
 
-    with cluster(options.cluster, remedy) as found:
+    if options.wait is not None and not options.wait >= 0.0:
+        raise InputError("--wait", f"{options.wait:g}", "must be zero or positive")
+    with cluster(options.cluster, remedy, WAIT if options.wait is None else options.wait) as found:
         yield found
 
 
@@ -156,12 +163,12 @@ def add_pictures(parser: argparse.ArgumentParser, animation: bool = False) -> No
         parser.add_argument("--no-animation", action="store_true", help="write no animation")
 
 
-def output_names(options: argparse.Namespace, experiment: Experiment) -> list[str]:
+def output_names(options: argparse.Namespace, system: System) -> list[str]:
     """Return the names of `add_outputs`; InputError if there are none."""
-    usual = dict.fromkeys([*experiment.outputs, *(f"{name}.force" for name in experiment.play)])
+    usual = dict.fromkeys([*system.settings.outputs, *(f"{name}.force" for name in system.play)])
     names = options.output or [*usual]
     if not names:
-        raise InputError(experiment.source, "outputs", "are none; name one with --output")
+        raise InputError(system.description.source, "outputs", "are none; name one with --output")
     return names
 
 
@@ -175,8 +182,8 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
     `defaults` are values by dotted path that override the file, unless the command line does.
     """
+    from linkages.base.errors import COMMAND_LINE
     from linkages.input.files.shipped import find_file
-    from linkages.input.model.experiment import COMMAND_LINE
     from linkages.system import load
 
     worn = _worn_values(options.worn) if getattr(options, "worn", None) else {}
@@ -185,7 +192,7 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
     system = load(file, values, COMMAND_LINE)
     _check_set(system, file, values)
     if getattr(options, "units", None) is None:
-        show_in(system.experiment.units, (system.experiment.source, "units"))
+        show_in(system.description.units, (system.description.source, "units"))
     if getattr(options, "ideal", False):
         ideal = {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}
         return system.replaced(ideal, COMMAND_LINE)
@@ -194,8 +201,8 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
 def _check_set(system: System, file: Path, values: Mapping[str, Any]) -> None:
     """Refuse a number of the command line that changes nothing in a run, see `linkages.engines.compiled.effects`."""
+    from linkages.base.errors import COMMAND_LINE
     from linkages.engines.compiled.effects import without_effect
-    from linkages.input.model.experiment import COMMAND_LINE
     from linkages.system import load
 
     for path in values:
@@ -245,7 +252,7 @@ def written(out: Path, names: Iterable[str]) -> str:
 
 
 #: Options with a value that say where results go and where work is done: a repetition does not need them.
-_OWN_PLACE = frozenset({"--out", "--cluster"})
+_OWN_PLACE = frozenset({"--out", "--cluster", "--wait"})
 
 
 def record(options: argparse.Namespace, folder: Path, title: str, question: str, answer: list[str], table: str) -> None:
@@ -262,7 +269,7 @@ def record(options: argparse.Namespace, folder: Path, title: str, question: str,
 def print_results(options: argparse.Namespace, table: str, out: OutputFolder) -> None:
     """Print the table of a command and the names of its files, unless it is quiet."""
     if not getattr(options, "quiet", False):
-        print(f"{table}\n\n{written(out.path, out.names)}")
+        show(f"{table}\n\n{written(out.path, out.names)}")
 
 
 # -- folders of results: each has the files of one command and one run -------------------------------------------------

@@ -106,7 +106,7 @@ def _unit(name: str, runs: dict[str, Trajectory]) -> str:
 
 def _valueless(folder: Path) -> set[str]:
     """Name the columns whose peaks have no value in the summary of a folder: indeterminate or unbounded ones."""
-    from linkages.results.characteristics import peaks_by_key
+    from linkages.results.shape import peaks_by_key
     from linkages.show.report.result_folder import load_results
 
     if not (folder / "summary.json").exists():

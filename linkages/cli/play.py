@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
         server.said = f"compiling, once after an installation: {ready} of at most {known} kernels"
 
     tell(say)
-    print(f"live page of {system.experiment.source.name}: {server.address}\nCtrl-C ends it", flush=True)
+    print(f"live page of {system.description.source.name}: {server.address}\nCtrl-C ends it", flush=True)
     silence.quiet = True
     if not options.no_browser:
         webbrowser.open(server.address)

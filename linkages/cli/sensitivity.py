@@ -42,14 +42,14 @@ def run(options: argparse.Namespace) -> int:
     from linkages.results.warnings import warning
 
     system, notes = load_system(options), []
-    progress = stages(options, system.experiment.duration, "s")
+    progress = stages(options, system.settings.duration, "s")
     system.value(options.wrt[0])  # a wrong path ends the command before the first run
     window = assess(system, error_estimate=False, progress=progress).reported_span
-    if (accuracy := system.experiment.solver.accuracy) > NEEDED:
+    if (accuracy := system.settings.accuracy) > NEEDED:
         what = f"solver.accuracy is {NEEDED:g} in this run instead of {accuracy:g}, which derivatives need"
         notes.append(warning("accuracy", None, what, "give a tighter one, if the stated errors are too large"))
         system = system.replaced({"solver.accuracy": NEEDED})
-    out = output_folder(options, f"{system.experiment.source.stem}_sensitivity", "sensitivity")
+    out = output_folder(options, f"{system.description.stem}_sensitivity", "sensitivity")
     asked = options.wrt, options.output, not options.no_error_estimate, options.check
     found = sensitivities(system, *asked, progress, window)
     found.warnings.extend(notes)
@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.style import write_figure
 
             write_figure(tornado_figure(found), folder / "tornado")
-        table, title = format_sensitivities(found, system), system.experiment.title or system.experiment.source.stem
+        table, title = format_sensitivities(found, system), system.description.heading
         question = f"How do the peaks change with {listed(options.wrt)}?"
         record(options, folder, title, question, _answer(found), table)
     print_results(options, table, out)
@@ -89,7 +89,7 @@ def format_sensitivities(found: Sensitivities, system: System) -> str:
     from linkages.show.report.terminal import format_warnings
 
     part = f"of the run from {found.window[0]:.6g} to {found.window[1]:.6g} s"
-    lines = [system.experiment.title or system.experiment.source.stem, f"derivatives {part}, and changes by 1 %"]
+    lines = [system.description.heading, f"derivatives {part}, and changes by 1 %"]
     for key in _shown(found):
         label = unit(system, key.rpartition(".")[0]).removeprefix("1")
         lines += ["", f"{key}: {found.numbers[key]:.6g} {label}".rstrip()]

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from linkages.base.errors import InputError, Status
 from linkages.cli.options import (
@@ -18,12 +17,14 @@ from linkages.cli.options import (
     output_folder,
     written,
 )
+from linkages.cli.printing import show
 from linkages.cli.progress import silence, stages
-from linkages.engines import DEFAULT, ENGINES, engine
+from linkages.engines import DEFAULT, ENGINES, check_engine, engine
 from linkages.input.files.writing import write_json
 
 if TYPE_CHECKING:
     from linkages.results.assessment import Assessment
+    from linkages.results.shape import Summary
     from linkages.results.trajectory import Trajectory
 
 HELP = "run an experiment; write numbers, figures and an animation"
@@ -66,8 +67,8 @@ EXAMPLES = """examples:
 
 #: The first line of a run.
 _ENGINE = {
-    "compiled": "engine: compiled; --engine drake runs the same model on Drake, ten to a thousand times slower",
-    "drake": "engine: drake; --engine compiled integrates the same model ten to a thousand times faster",
+    "compiled": "engine: compiled; --engine drake runs the same model on Drake, slowly",
+    "drake": "engine: drake; --engine compiled integrates the same model fast",
 }
 
 
@@ -100,27 +101,34 @@ def run(options: argparse.Namespace) -> int:
     from linkages.results.impacts import write_impacts
     from linkages.results.measured import save_measured
     from linkages.results.summary import judge, unjudged
+    from linkages.show.plots.animation.animated import check_animation
     from linkages.show.report.answer import answer
-    from linkages.show.report.terminal import format_judgement, format_table
+    from linkages.show.report.terminal import format_heading, format_judgement, format_table
 
     if options.exaggerate is not None and not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
+    check_engine(options.engine)
+    if not options.no_animation:
+        check_animation(options.exaggerate)
     system = load_system(options)
-    out = output_folder(options, system.experiment.source.stem, "simulate")
-    progress = stages(options, system.experiment.duration, "s")
-    say = (lambda text: None) if options.quiet else partial(print, flush=True)
+    out = output_folder(options, system.description.stem, "simulate")
+    progress = stages(options, system.settings.duration, "s")
+    say = (lambda text, bold=False: None) if options.quiet else show
     for doubt in doubts(system.mechanism, system.tree.extent, system.experiment):
         say(f"warning: {doubt}")
     say(f"{_ENGINE[options.engine]}\n")
     result = assess(system, options.engine, False, progress)
     silence.stage = "results"
     summary = unjudged(result)
-    say(format_table(summary))
+    say(format_heading(summary.content), bold=True)
+    told = answer(summary.content | {"warnings": []}, str(options.file))
+    say("\n".join(f"  {line}" for line in told[:-1]), bold=True)
+    say(format_table(summary.content))
     with out as folder:
         if not options.no_error_estimate:
             result = estimate_error(result, progress)
-        summary |= judge(result, summary)
-        for line in [*format_judgement(summary), "", *answer(summary, str(options.file))]:
+        summary = judge(result, summary)
+        for line in [*format_judgement(summary.content), "", told[-1]]:
             say(line)
         if options.verbose:
             say(f"\n{_details(result, summary)}")
@@ -131,7 +139,7 @@ def run(options: argparse.Namespace) -> int:
             result.ideal.save(folder / "ideal.npz", options.compress)
         if result.measured:
             save_measured(result.measured, folder / "measured.npz")
-        if system.experiment.can_touch:
+        if system.can_touch:
             write_impacts(result.contacts, folder)
         failed = _failed(result)
         result = result.latest()  # figures of all cycles of a long run would show none
@@ -140,7 +148,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.drawing import draw, svg
             from linkages.show.plots.histories import write_figures
 
-            write_figures(result, folder, summary["error"])
+            write_figures(result, folder, summary.error)
             (folder / "drawing.svg").write_text(svg(draw(system)), encoding="utf-8")
         if not options.no_animation:
             silence.stage = "animation"
@@ -158,25 +166,25 @@ def _failed(result: Assessment) -> dict[str, Trajectory]:
     return {name: run for name, run in runs if run is not None and run.status is not Status.OK}
 
 
-def _details(result: Assessment, summary: dict[str, Any]) -> str:
-    experiment = result.system.experiment
-    cut, made = summary["mechanism"]["cut"], summary["provenance"]
+def _details(result: Assessment, summary: Summary) -> str:
+    described = result.system.description
+    cut, made = summary.mechanism.cut, summary.provenance
     step = engine(result.engine).longest_step(result.system)  # limited in addition to the accuracy
     steps = f", steps of at most {step:g} s" if step else ""
-    numbers = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in made["run"].items())
+    numbers = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in made.run.items())
     lines = [
-        f"experiment {experiment.source}, mechanism {experiment.mechanism_path}",
-        f"joints cut to get a tree: {', '.join(cut['play'] + cut['ideal']) or 'none'}",
-        f"accuracy {experiment.solver.accuracy:g}{steps}",
-        f"{numbers}; {made['wall_time']:.3g} s for the run alone",
-        "versions: " + ", ".join(f"{name} {version}" for name, version in made["versions"].items()),
+        f"experiment {described.source}, mechanism {described.machine_source}",
+        f"joints cut to get a tree: {', '.join(cut.play + cut.ideal) or 'none'}",
+        f"accuracy {result.system.settings.accuracy:g}{steps}",
+        f"{numbers}; {made.wall_time:.3g} s for the run alone",
+        "versions: " + ", ".join(f"{name} {version}" for name, version in made.versions.items()),
     ]
     return "\n".join(lines)
 
 
 def _animate(result: Assessment, path: Path, exaggerate: float | None) -> None:
     """Write the animation; reject an exaggeration for which the loops do not close."""
-    from linkages.show.plots.animation.recording import write_animation
+    from linkages.show.plots.animation.animated import write_animation
 
     try:
         write_animation(result, path, exaggerate)

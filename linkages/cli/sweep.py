@@ -85,8 +85,8 @@ def run(options: argparse.Namespace) -> int:
             raise InputError(f"--{option}", "", "is for two values; give --vary twice")
     ((path, values),) = ranges
     system.replaced({path: values[0]}, "--vary")  # reports a wrong path before the folder of results is made
-    out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep", continued=("rows",))
-    names = output_names(options, system.experiment)
+    out = output_folder(options, f"{system.description.stem}_sweep", "sweep", continued=("rows",))
+    names = output_names(options, system)
     turns = (options.revolutions, options.transient, options.drive)
     bar = stages(options, 1.0, "")("sweep")
     result = sweep(system, path, values, names, *turns, True, options.threads, bar, "--vary")
@@ -97,7 +97,7 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
             _draw(result, units, system.mechanism, folder / "sweep")
-        table, title = format_sweep(result, units), system.experiment.title or system.experiment.source.stem
+        table, title = format_sweep(result, units), system.description.heading
         question = f"How do the peaks of {listed(names)} change with {path} from {values[0]:.5g} to {values[-1]:.5g}?"
         record(options, folder, title, question, _answer(result, units), table)
     print_results(options, table, out)

@@ -33,10 +33,10 @@ def run_grid(options: argparse.Namespace, system: System, ranges: Ranges) -> int
 
     (path, values), (other_path, other_values) = ranges
     system.replaced({path: values[0], other_path: other_values[0]}, "--vary")  # reports a wrong path before the folder
-    names = output_names(options, system.experiment)
+    names = output_names(options, system)
     units = {name: unit(system, name) for name in names}
     limits = read_limits(options.limit, units)
-    out = output_folder(options, f"{system.experiment.source.stem}_sweep", "sweep", continued=("rows",))
+    out = output_folder(options, f"{system.description.stem}_sweep", "sweep", continued=("rows",))
     settings = (names, options.revolutions, options.transient, options.drive, options.threads, out.path / ROWS)
     with workers(options, "repeat the command") as (executor, _):
         bar = stages(options, 1.0, "")("sweep")
@@ -52,7 +52,7 @@ def run_grid(options: argparse.Namespace, system: System, ranges: Ranges) -> int
             for name in names:
                 figure = map_figure(found, name, units[name], limits.get(name))
                 write_figure(figure, folder / f"map_{file_name(name)}")
-        table, title = format_grid(found, units, limits), system.experiment.title or system.experiment.source.stem
+        table, title = format_grid(found, units, limits), system.description.heading
         question = f"How do the peaks of {listed(names)} change with {path} and {other_path}?"
         record(options, folder, title, question, [_answer(found, name, units[name]) for name in names], table)
     print_results(options, table, out)

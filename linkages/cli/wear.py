@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
     if cycles != options.cycles or cycles < 1:
         raise InputError("--cycles", f"{options.cycles:g}", "must be a whole number above zero")
     system = load_system(options)
-    out = output_folder(options, f"{system.experiment.source.stem}_wear", "wear", continued=("blocks",))
+    out = output_folder(options, f"{system.description.stem}_wear", "wear", continued=("blocks",))
     bar = stages(options, float(cycles), "cycles")("wear")
     limits = options.tolerance, options.scatter, options.drive
     life = wear_life(system, cycles, *limits, out.path / BLOCKS, options.every_cycle, progress=bar)

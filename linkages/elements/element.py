@@ -7,21 +7,29 @@ system: see `Places` and `Checks` for what it may ask.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Generic, NoReturn, Protocol, TypeVar
+from dataclasses import dataclass, field
+from typing import Any, Generic, NamedTuple, NoReturn, Protocol, TypeVar
 
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.elements.analysis import Refusal
+from linkages.elements.contact_tables import ContactTable
+from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
+from linkages.elements.outputs import Quantities
+from linkages.elements.pictures import Around, Between, Picture, Point, Scene
 from linkages.input.files.toml import Table
+from linkages.input.functions.definitions import Function, Quantity
+from linkages.input.functions.smoothing import SmoothSignal
+from linkages.mechanics.planar.functions import Given
 from linkages.mechanics.planar.loads import ENERGY, POWER, SECOND, VALUE
 
-__all__ = ["ENERGY", "POWER", "SECOND", "VALUE"]  # columns of `Element.tell`
+# columns of `Element.tell`, and what most kinds need
+__all__ = ["ENERGY", "POWER", "SECOND", "VALUE", "Around", "Between", "Point", "Quantities"]
 
 K = TypeVar("K", bound=Table)
 
 Marker = tuple[int, float, float]  #: body, and place in its frame [m]; a `MARKER`
-Point = str | Sequence[float]  #: origin of a link or frame, by name; or a fixed point in plane axes [m]
 
 
 class Places(Protocol):
@@ -29,6 +37,9 @@ class Places(Protocol):
 
     def marker_of(self, point: Point) -> Marker:
         """Return the marker of a point."""
+
+    def angle_of(self, point: str) -> float:
+        """Return the angle of a frame in its body, at its origin [rad]."""
 
     def coordinate_of(self, joint: str | None, links: Iterable[str]) -> tuple[tuple[Any, ...], float]:
         """Return a `TERM` of a joint's coordinate, or of the second link's angle to the first, and its sign."""
@@ -49,95 +60,240 @@ class Checks(Protocol):
     def moving(self, name: str) -> str:
         """Return the name of a joint; refuse an unknown or a fixed one."""
 
+    def moved_link(self, key: str, name: str) -> str:
+        """Return the name of a link; refuse an unknown one, and the world."""
+
+    def revolute(self, key: str, name: str) -> str:
+        """Return the name of a revolute joint; refuse others."""
+
     def slides(self, joint: str) -> bool:
         """Tell whether a joint is prismatic."""
 
     def units(self, table: type[Table], slides: bool) -> None:
         """Refuse units that do not belong to a coordinate that is a displacement, or an angle."""
 
+    def unit(self, key: str, unit: str) -> None:
+        """Refuse a value with a unit of another kind than this SI unit."""
+
+    def covers(self, times: list[float] | None, fits: Iterable[SmoothSignal]) -> None:
+        """Refuse a table over time, and signals of files, that end before the run."""
+
+    def signal(self, key: str, name: str, text: str) -> str:
+        """Return the unit of an input of a function, whose text is given; refuse an unknown one."""
+
+    def over_time(self, key: str, text: str | None) -> None:
+        """Refuse a formula with other names than the time and values."""
+
+    def name_for_formulas(self) -> None:
+        """Refuse the element's name if formulas cannot have it."""
+
+    def is_free(self, joint: str) -> bool:
+        """Tell whether a joint is ideal and has no prescribed motion."""
+
+    def has_gearbox(self, joint: str) -> bool:
+        """Tell whether the drive of a joint has backlash."""
+
+    def ends_of(self, joint: str) -> tuple[str, str]:
+        """Return the parent and child of a joint."""
+
+    def has_beam(self, link: str) -> bool:
+        """Tell whether a link has a beam."""
+
+    def joint(self, key: str, name: str) -> Any:
+        """Return a joint, a `linkages.elements.pictures.Jointed`; refuse an unknown one."""
+
+    def has_clearance(self, joint: str) -> bool:
+        """Tell whether a joint has clearance."""
+
+    def meet(self, one: str, other: str) -> bool:
+        """Tell whether two joints share a link, or have links that fixed joints make one body."""
+
+    def bends(self, link: str) -> bool:
+        """Tell whether a link is flexible."""
+
+    def plain(self, contact: ContactTable) -> None:
+        """Refuse the law of a contact that needs a journal in a bearing."""
+
+    def within(self, key: str) -> Checks:
+        """Return the checks of the table at a key."""
+
+
+class Warned(NamedTuple):
+    """A warning about elements: its kind, what is wrong, and the remedy."""
+
+    kind: str
+    what: str
+    remedy: str
+
+
+class Rotor(NamedTuple):
+    """A moment of inertia that turns with a joint of the world [kg m2]."""
+
+    joint: str
+    inertia: float
+
+
+class IdealEffort(NamedTuple):
+    """Torque or force that moves the machine with ideal joints along a reference: a quantity over time."""
+
+    quantity: str  # name of the quantity
+    key: str  # of the element that asks for it
+    joint: str  # whose coordinate the reference gives
+    reference: str  # formula of the time
+
 
 @dataclass(frozen=True)
-class Between:
-    """A picture: a dashed line between two points."""
+class Applied:
+    """Constants that act on the machine from outside: inputs of steps and of linear models.
 
-    one: Point
-    other: Point
+    Attributes
+    ----------
+    key : str
+        Key of the constants.
+    field : str
+        Field of the record with the index of the first function.
+    units : mapping
+        Units by the names of the functions' values.
+    """
 
-
-@dataclass(frozen=True)
-class Around:
-    """A picture: a spiral at a joint or at a link's centre of mass; a zigzag along a prismatic joint."""
-
-    joint: str | None
-    link: str | None
-
-
-Picture = Between | Around
-
-
-@dataclass(frozen=True)
-class Quantities:
-    """The outputs of an element: the first one is characteristic, and its peak is in summaries."""
-
-    label: str  #: of the kind, in the documentation
-    texts: Mapping[str, str]  #: meaning and unit by name, in the order of the columns `VALUE`, `SECOND`
-
-    @property
-    def effort(self) -> str:
-        """Return the name of the characteristic output."""
-        return next(iter(self.texts))
+    key: str
+    field: str
+    units: Mapping[str, str]
 
 
-@dataclass(frozen=True)
+Slides = Callable[[str], bool]  #: whether a joint, by name, is prismatic
+
+#: Kernels of a kind, without and with functions.
+Acting = Callable[[np.record, Array, Array, Array], None] | Callable[[np.record, Given, Array, Array, Array], None]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Element(Generic[K]):
-    """A kind of element of a machine.
+    """A kind of element of a machine: it acts on bodies, defines quantities for formulas, or both.
+
+    A kind has the duties that it names; the others have defaults: no points, no forces, no contacts, no picture.
 
     Attributes
     ----------
     table : str
         Its table in experiments.
     keys : type of Table
-        The keys of one element.
+        The keys of one element. Its `imperfections` name the keys that the linkage with ideal joints lacks.
+    derived : callable
+        ``derived(tables)`` makes its elements, by name, from the tables of `home`; default: they have their own table.
+    home : str
+        Where derived elements have their keys: their paths are ``home.name``.
     check : callable
         ``check(keys, checks)`` refuses what contradicts the machine.
+    quantities : callable, optional
+        ``quantities(keys, name)`` returns the quantities that it defines for formulas, by name: states, and formulas.
+    own : mapping
+        Meaning and unit of those that are outputs, by the last part of their names; ``value``: the one that has the
+        element's own name.
+    unit : callable, optional
+        ``unit(keys)`` is the unit of these outputs, if the keys say it.
+    ideal_efforts : callable
+        ``ideal_efforts(keys, name)`` are the quantities that are computed from the ideal machine.
     points : callable
         ``points(keys)`` are the points at which it acts on links.
-    record : dtype
-        The numbers of its kernels, made by ``record_type``.
+    from_reference : callable
+        ``from_reference(keys)`` tells whether it counts a coordinate or a direction from the reference configuration.
+    rotor : callable
+        ``rotor(keys)`` is the inertia that it adds to a joint.
+    record : dtype, optional
+        The numbers of its kernels, made by ``record_type``; default: it has no kernels.
     pack : callable
         ``pack(keys, places)`` returns the numbers of a record by field.
+    functions : callable, optional
+        ``functions(keys, name)`` returns the functions that its record refers to: components by the field that has the
+        index of the first one. A kernel reads them by `linkages.mechanics.planar.functions.value_of`.
     act : kernel
-        ``act(element, pose, vel, wrench)`` adds its forces to the bodies' wrenches.
+        ``act(element, pose, vel, wrench)`` adds its forces to the bodies' wrenches. With functions it is
+        ``act(element, given, pose, vel, wrench)``, where ``given`` has their inputs.
     tell : kernel
-        ``tell(element, pose, vel, row)`` fills its row: value, second value, the power that it delivers to the bodies
-        [W], the energy that it stores [J].
+        ``tell(element, pose, vel, row)``, with functions ``tell(element, given, pose, vel, row)``, fills its row:
+        value, second value, the power that it delivers to the bodies [W], the energy that it stores [J].
+    couples : callable
+        ``couples(keys)`` are the joints whose coordinates it couples; None without any.
+    contacts : callable
+        ``contacts(keys)`` are its contacts, by the ends of their names: "" or ".upper".
+    push : callable
+        ``push(keys)`` is its push along a joint's coordinate; its kernels are those of loads. Default: none.
     outputs : sequence of Quantities
-        Its outputs; one for each sort of element.
+        All outputs of the kind.
     sort : callable
-        ``sort(keys, slides)`` is the index of its outputs; ``slides(joint)`` tells whether a joint is prismatic.
+        ``sort(keys, slides)`` is the index of an element's outputs, or several, the characteristic ones first;
+        ``slides(joint)`` tells whether a joint is prismatic.
     force : callable
         ``force(keys, slides, extent)`` is a force that sets the machine in motion [N], for the scale of time.
     problem_at_start : callable
         ``problem_at_start(keys, row, closest)`` names the error of an element at t = 0, with its row;
         points that are closer than ``closest`` [m] coincide. Empty without an error.
+    applied : Applied, optional
+        Its constants that a step or a linear model changes.
     picture : callable
-        ``picture(keys)`` is its shape in drawings.
+        ``picture(keys, scene)`` are its shapes in drawings.
+    warns : callable
+        ``warns(named, locked)`` are warnings about a run of a machine with these elements by name, some of whose
+        couplings lock each other. Kinds with the same function are warned about together.
+    unsupported : sequence of Refusal
+        Models that some analyses cannot treat.
+    linear : bool
+        Whether linear models include it.
+    completed : callable
+        ``completed(keys, meet)`` adds to the keys of an imported element what the machine decides, see `Checks.meet`.
     """
 
     table: str
     keys: type[K]
-    check: Callable[[K, Checks], None]
-    points: Callable[[K], Iterable[Point]]
-    record: np.dtype[Any]
-    pack: Callable[[K, Places], Mapping[str, Any]]
-    act: Callable[[np.record, Array, Array, Array], None]
-    tell: Callable[[np.record, Array, Array, Array], None]
-    outputs: tuple[Quantities, ...]
-    picture: Callable[[K], Picture]
-    force: Callable[[K, Callable[[str], bool], float], float]
-    sort: Callable[[K, Callable[[str], bool]], int] = lambda keys, slides: 0
+    derived: Callable[[Mapping[str, Any]], Mapping[str, K]] | None = None
+    home: str = ""
+    check: Callable[[K, Checks], None] = lambda keys, checks: None
+    quantities: Callable[[K, str], Mapping[str, Quantity]] | None = None
+    own: Mapping[str, str] = field(default_factory=dict)
+    unit: Callable[[K], str] | None = None
+    ideal_efforts: Callable[[K, str], Iterable[IdealEffort]] = lambda keys, name: ()
+    points: Callable[[K], Iterable[Point]] = lambda keys: ()
+    from_reference: Callable[[K], bool] = lambda keys: False
+    rotor: Callable[[K], Rotor | None] = lambda keys: None
+    record: np.dtype[Any] | None = None
+    pack: Callable[[K, Places], Mapping[str, Any]] = lambda keys, places: {}
+    functions: Callable[[K, str], Mapping[str, Sequence[Function]]] | None = None
+    act: Acting | None = None
+    tell: Acting | None = None
+    applied: Applied | None = None
+    couples: Callable[[K], Coupled | None] = lambda keys: None
+    contacts: Callable[[K], Mapping[str, Barrier | Edge]] = lambda keys: {}
+    push: Callable[[K], Push] | None = None
+    outputs: tuple[Quantities, ...] = ()
+    sort: Callable[[K, Slides], int | Sequence[int]] = lambda keys, slides: 0
+    force: Callable[[K, Slides, float], float] = lambda keys, slides, extent: 0.0
     problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
+    picture: Callable[[K, Scene], Iterable[Picture]] = lambda keys, scene: ()
+    warns: Callable[[Mapping[str, K], Sequence[str]], Iterable[Warned]] | None = None
+    unsupported: tuple[Refusal, ...] = ()
+    linear: bool = True
+    completed: Callable[[Mapping[str, Any], Callable[[str, str], bool]], Mapping[str, Any]] = lambda keys, meet: keys
 
-    def outputs_of(self, keys: K, slides: Callable[[str], bool]) -> Quantities:
-        """Return the outputs of an element."""
-        return self.outputs[self.sort(keys, slides)]
+    @property
+    def label(self) -> str:
+        """Return its name in the documentation of outputs."""
+        return self.outputs[0].label if self.outputs else self.table.removesuffix("s").upper()
+
+    @property
+    def acts(self) -> bool:
+        """Whether it acts on the machine; a kind without kernels may define quantities only."""
+        return self.record is not None or self.quantities is None
+
+    def functions_of(self, keys: K, name: str) -> Mapping[str, Sequence[Function]]:
+        """Return the functions of an element by field; empty for a kind without functions."""
+        return self.functions(keys, name) if self.functions is not None else {}
+
+    def outputs_of(self, keys: K, slides: Slides) -> tuple[Quantities, ...]:
+        """Return the outputs of an element, the characteristic ones first; none of a kind that has none."""
+        found = self.sort(keys, slides) if self.outputs else ()
+        return tuple(self.outputs[k] for k in ((found,) if isinstance(found, int) else found))
+
+    def path(self, name: str) -> str:
+        """Return the path of an element's keys in the experiment."""
+        return f"{self.home or self.table}.{name}"

@@ -119,7 +119,7 @@ SPRING = Element(
     act=act,
     tell=tell,
     outputs=(Quantities("SPRING", {"force": "tension [N]", "length": "distance of the ends [m]"}),),
-    picture=lambda spring: Between(spring.point, spring.end),
+    picture=lambda spring, scene: (Between(spring.point, spring.end),),
     force=lambda spring, slides, extent: spring.stiffness * extent,
     problem_at_start=_undirected,
 )

@@ -11,6 +11,7 @@
 | repetition     | settings of the run that estimates the errors of a run                      |
 | threads        | independent runs in threads                                                 |
 | cluster        | an executor on a Dask cluster                                               |
+| parcels        | what many pieces of work for other processes share                          |
 | precompilation | plans to compile the engines' kernels on an empty cache                     |
 
 An engine is a module with ``simulate(system, progress) -> Trajectory`` and ``longest_step(system)``, the longest step
@@ -23,15 +24,25 @@ import importlib
 from types import ModuleType
 
 from linkages.base.errors import InputError, nearest
+from linkages.base.packages import check_installed
 
 #: Module of each engine.
 ENGINES = {"drake": "linkages.engines.drake.simulation", "compiled": "linkages.engines.compiled.simulation"}
+#: Package that an engine needs besides the dependencies of all systems.
+PACKAGES = {"drake": "pydrake"}
 #: Default engine.
 DEFAULT = "compiled"
 
 
-def engine(name: str) -> ModuleType:
-    """Import the engine with this name; InputError if it is unknown."""
+def check_engine(name: str) -> None:
+    """Raise an InputError if no engine has this name, or its package is not installed; imports nothing."""
     if name not in ENGINES:
         raise InputError("engine", name, f"is unknown; {nearest(name, ENGINES)}")
+    if name in PACKAGES:
+        check_installed(PACKAGES[name], "engine", name)
+
+
+def engine(name: str) -> ModuleType:
+    """Import the engine with this name; InputError as by `check_engine`."""
+    check_engine(name)
     return importlib.import_module(ENGINES[name])

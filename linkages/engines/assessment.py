@@ -8,10 +8,11 @@ from typing import TypeVar
 
 from linkages.base.arguments import Names, validated
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
-from linkages.engines import DEFAULT
+from linkages.elements.analysis import Analysis
+from linkages.engines import DEFAULT, check_engine
 from linkages.engines import engine as load_engine
 from linkages.engines.methods import expect_run
-from linkages.engines.repetition import tightened
+from linkages.engines.repetition import finer_cells, tightened
 from linkages.laws.heat import NEAR
 from linkages.results.assessment import SMOOTHINGS, Assessment
 from linkages.results.derivatives import Wrt
@@ -22,6 +23,7 @@ from linkages.results.outputs.registry import check_outputs, unit
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import check_duration, ideal_motion
+from linkages.system.rigid_segments import Segmented
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
 
@@ -47,7 +49,7 @@ def simulate(
     engine : str
         "compiled", the default, or "drake".
     progress : callable, optional
-        Called with the simulated time [s] at intervals.
+        Called with the simulated time [s] at intervals; a `linkages.base.errors.TimeOverError` ends the run.
     outputs : sequence of str, optional
         Columns of the trajectory, for the compiled engine: fewer take less time. Default: all.
     wrt : sequence of str or Direction, optional
@@ -63,8 +65,8 @@ def simulate(
     Raises
     ------
     InputError
-        If the engine or an output is unknown, a path has no number or no derivative, `outputs` or `wrt` are given for
-        Drake, or Drake or `wrt` does not support a model.
+        If the engine or an output is unknown, a path has no number or no derivative or changes no number of the model,
+        `outputs` or `wrt` are given for Drake, or Drake or `wrt` does not support a model.
     AssemblyError
         If the linkage cannot be assembled at t = 0.
 
@@ -86,6 +88,18 @@ def simulate(
     if engine != DEFAULT:
         what = "wrt" if wrt else "outputs"
         raise InputError("argument", what, "is for the compiled engine alone; leave it out")
+    if wrt:
+        from linkages.engines.compiled.effects import check_differentiated
+
+        system.check_analysis(Analysis.DERIVATIVES)
+        check_differentiated(system, wrt, outputs or ())
+    return differentiated(system, outputs, wrt, progress)
+
+
+def differentiated(
+    system: System, outputs: Names | None, wrt: Wrt = (), progress: TimeReport | None = None
+) -> Trajectory:
+    """Run a system in the compiled engine as `simulate`; derivatives may be with respect to values without effect."""
     from linkages.engines.compiled.simulation import simulate as simulate_compiled
 
     return _with_units(system, simulate_compiled(system, progress, outputs, wrt))
@@ -93,8 +107,9 @@ def simulate(
 
 def _with_units(system: System, run: Trajectory) -> Trajectory:
     """Add the units of the columns to a trajectory, and the times at which they jump."""
-    units = {name: "s" if name == "time" else unit(system, name) for name in run.columns}
-    return replace(run, units=units, jumps=system.experiment.sampling_times(float(run.time[-1])))
+    named = system.whole if isinstance(system, Segmented) else system
+    units = {name: "s" if name == "time" else unit(named, name) for name in run.columns}
+    return replace(run, units=units, jumps=system.sampling_times(float(run.time[-1])))
 
 
 @validated
@@ -138,6 +153,7 @@ def assess(
     'ok'
     """
     stage = progress or (lambda name: lambda time: None)
+    check_engine(engine)
     expect_run(system, engine)  # before the ideal linkage
     check_data(system)
     _ = system.assembly  # faults of the machine itself are raised
@@ -154,13 +170,13 @@ def assess(
 def _of_ideal(system: System, compute: Callable[[], T]) -> tuple[T | None, str]:
     """Compute something of the ideal linkage; None and the reason if only the real one can be computed.
 
-    The comparison does not decide what may run. Without clearance, backlash and flexible links both are the same, and
-    the errors too.
+    The comparison does not decide what may run. Without clearance, loose couplings and flexible links both are the
+    same, and the errors too.
     """
     try:
         return compute(), ""
     except (AssemblyError, InputError) as problem:
-        if not (system.tree.play or system.tree.slack or system.tree.flexible):
+        if not (system.tree.play or system.tree.loose or system.tree.flexible):
             raise
         return None, (problem.problem if isinstance(problem, InputError) else str(problem)).partition(";")[0]
 
@@ -169,14 +185,14 @@ def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -
     """Add the run at a ten times tighter tolerance to an assessment whose run reached its end.
 
     Of a long run that repeats itself it covers the first part alone, see `Assessment.repeating`. With signals from data
-    files also the runs with half and double smoothing.
+    files also the runs with half and double smoothing, with films that have a history one with twice as many cells.
     """
     if assessment.run.status is not Status.OK:
         return assessment
     system, engine, part = assessment.system, assessment.engine, {}
     if assessment.repeating is not None:
         part = {"duration": assessment.repeating.settled, "windows": {}, "report_from": None}
-    files = system.experiment.from_files
+    files = system.recorded
     resmoothed = {}
     for name, factor in SMOOTHINGS.items() if files else ():
         values = {f"{path}.smoothing": factor * (table.smoothing or 1.0) for path, table in files.items()}
@@ -184,7 +200,10 @@ def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -
     finer = tightened(system, assessment.run, _TIGHTER)
     finer = finer.replaced(part) if part else finer
     tighter = simulate(finer, engine, stage("error estimate"))
-    return replace(assessment, tighter=tighter, resmoothed=resmoothed)
+    remeshed = None
+    if cells := finer_cells(system):  # apart from the film step, whose error may have the other sign
+        remeshed = simulate(system.replaced(part | cells), engine, stage("error estimate of the cells"))
+    return replace(assessment, tighter=tighter, resmoothed=resmoothed, remeshed=remeshed)
 
 
 @validated

@@ -17,7 +17,7 @@ WINDOW, _HOPELESS = 20_000, 1000.0
 @lru_cache(maxsize=8)  # a run asks twice
 def most(system: System) -> int:
     """Return the largest number of steps of a run of a system."""
-    return min(system.experiment.solver.max_steps or MOST, ROOM // (8 * (1 + len(names(system)))))
+    return min(system.settings.max_steps or MOST, ROOM // (8 * (1 + len(names(system)))))
 
 
 def least_advance(duration: float) -> float:
@@ -33,7 +33,7 @@ class Budget:
 
     def __init__(self, system: System, limit: int | None = None) -> None:
         self._most = most(system) if limit is None else limit
-        self._least = least_advance(system.experiment.duration)
+        self._least = least_advance(system.settings.duration)
         self._steps = self._judged = 0
         self._time = 0.0
 

@@ -21,7 +21,7 @@ _SAME = {("drake", "dormand_prince_5_4"): "runge_kutta5"}
 
 def is_implicit(system: System) -> bool:
     """Whether the integration method of a run is implicit: as the experiment's, else for stiff joint laws."""
-    given = system.experiment.solver.integrator
+    given = system.settings.integrator
     return system.stiff if given is None else given in IMPLICIT
 
 
@@ -37,7 +37,7 @@ def method(system: System, engine: str) -> str:
     If the engine does not have the experiment's, its default method of the same kind is used, with a notice on standard
     error. InputError for the compiled engine's implicit method without a compiler.
     """
-    given = system.experiment.solver.integrator
+    given = system.settings.integrator
     if OFF and engine == "compiled" and is_implicit(system):
         problem = "the implicit method needs the compiler; unset it, or set solver.integrator to dormand_prince_5_4"
         raise InputError("environment", "NUMBA_DISABLE_JIT", problem)

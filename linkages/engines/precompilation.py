@@ -65,7 +65,7 @@ def drake() -> list[Callable[[], Any]]:
     places, state = np.arange(n), np.zeros(2 * n)
     place = placed(system, places, places + n, places, n)
     return [
-        partial(drive_forces, place, rooms.work, rooms.friction, 0.0, state, np.zeros(n), added, total, drive),
+        partial(drive_forces, place, rooms.work, rooms.reactive, 0.0, state, np.zeros(n), added, total, drive),
         partial(_outputs, system),
         partial(_ideal, system),
         *_NUMBERS,

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.input.model.experiment_tables import FILM_ACCURACY
+from linkages.input.model.experiment_tables import FILM_ACCURACY, FILM_CELLS, FilmHistory
 from linkages.input.model.link_tables import MOST_SEGMENTS
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-from linkages.system.rigid_segments import system_of
+from linkages.system.rigid_segments import has_segments
 
 _SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, which no comparison shows
 _FILM = 0.25  # ratio of the errors that films with history permit, which are of first order: the run takes four times
+_CELLS = 2  # ratio of their cells in each direction
 _FEWEST = 50  # steps of the repetition
 # Its accuracies with which an implicit method resolves vibrations of flexible links: a looser one omits those that the
 # run omits, and from the finest one on the positions are so accurate that no vibration is small against it.
@@ -27,11 +28,11 @@ def tightened(system: System, run: Trajectory, ratio: float) -> System:
     rigid segments. Films with history choose their film step, also where the experiment gives a constant one: a
     constant one that is longer than an impact has nearly the same error as half of it.
     """
-    accuracy, times = system.experiment.solver.accuracy * ratio, run.time
+    accuracy, times = system.settings.accuracy * ratio, run.time
     step = float(min(_SHORTER * _typical_step(times), times[-1] / _FEWEST))
     finer = {"solver.accuracy": accuracy, "solver.max_step": step} | _finer_films(system)
     if len(system.tree.modal_frequencies):
-        if system_of(system, run.columns) is not system:
+        if has_segments(system, run.columns):
             finer |= _finer_segments(system)
         elif accuracy >= _FINEST:
             finer |= {"solver.accuracy": min(accuracy, _LOOSEST), "solver.resolve_vibrations": True}
@@ -41,16 +42,32 @@ def tightened(system: System, run: Trajectory, ratio: float) -> System:
 def _finer_films(system: System) -> dict[str, float]:
     """Return the settings of films with history that are finer than those of a system."""
     finer = dict[str, float]()
-    for name, step in system.film_steps.items():
-        history = system.experiment.joints[name].history
-        accuracy = FILM_ACCURACY if history is None or history.accuracy is None else history.accuracy
-        finer |= {f"joints.{name}.history.step": _SHORTER * step, f"joints.{name}.history.accuracy": _FILM * accuracy}
+    for name, history in _histories(system).items():
+        accuracy = FILM_ACCURACY if history.accuracy is None else history.accuracy
+        finer[f"joints.{name}.history.step"] = _SHORTER * system.film_steps[name]
+        finer[f"joints.{name}.history.accuracy"] = _FILM * accuracy
     return finer
+
+
+def finer_cells(system: System) -> dict[str, list[int]]:
+    """Return twice as many cells in each direction of each film with history, by path."""
+    return {
+        f"joints.{name}.history.cells": [
+            min(_CELLS * count, most) for count, (_, most) in zip(history.cells, FILM_CELLS, strict=True)
+        ]
+        for name, history in _histories(system).items()
+    }
+
+
+def _histories(system: System) -> dict[str, FilmHistory]:
+    """Return the histories of films, by joint."""
+    found = {name: system.joints[name].history for name in system.film_steps}
+    return {name: history for name, history in found.items() if history is not None}
 
 
 def _finer_segments(system: System) -> dict[str, float]:
     """Return twice the numbers of rigid segments."""
-    counts = {name: system.experiment.links[name].segments for name in system.experiment.flexible}
+    counts = {name: system.parts["links"][name].segments for name in system.flexible}
     return {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}
 
 

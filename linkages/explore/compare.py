@@ -3,30 +3,38 @@
 With contacts solutions diverge: a difference grows by a constant factor in every impact, and two runs of *one* engine
 at different tolerances agree only up to a horizon. Differences are computed up to the earlier horizon of the two
 engines; beyond it they would be meaningless.
+
+Drake has no flexible links: its machine has rigid segments. So the compiled engine runs this machine too, and the
+differences are those of the engines. What the segments change is computed apart, in the compiled engine.
 """
 
 from __future__ import annotations
 
+import time as clock
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from linkages.base.arguments import validated
 from linkages.base.brief import Brief
+from linkages.base.errors import Status, TimeOverError
+from linkages.elements.analysis import Analysis
+from linkages.engines import ENGINES, check_engine
 from linkages.engines.assessment import simulate
-from linkages.input.model.capabilities import Analysis
-from linkages.input.model.experiment import Experiment
 from linkages.results.assessment import touching
 from linkages.results.divergence import dense, horizon
 from linkages.results.impacts import Impact, impacts
+from linkages.results.shape import RunWarning
 from linkages.results.soundness import Soundness
 from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.warnings import warnings_of_run
 from linkages.system import System
+from linkages.system.rigid_segments import segmented
 
 _IMPACTS = 2  # number of individually compared contacts of each joint
+_FEWEST = 20  # steps, or parts of them, that a stage makes in any case: one sample cannot be compared
+_RUN, _LOOSER, _HORIZON = 0.5, 0.85, 0.95  # parts of the limit of time after which these stages end
 
 
 @dataclass(frozen=True)
@@ -61,15 +69,21 @@ class Comparison(Brief):
     ----------
     runs : dict of str to Trajectory
         By engine.
+        With flexible links those of the machine with rigid segments, in both engines.
     horizons : dict of str to float
         Time up to which an engine's runs at two tolerances agree, or the run's end without contacts, by engine [s].
     differences : dict of str to Difference
         By column name, up to `until`.
+    segments : dict of str to Difference
+        Differences of the machines with rigid segments and with flexible links, both in the compiled engine, up to
+        `until`; empty without flexible links.
+    late : bool
+        Whether the limit of time ended a run, or the search for its horizon.
     meaningless : frozenset of str
         Columns without a difference, such as forces in a singular position.
     contacts : list of (Impact, Impact)
         First contacts of each joint up to `until`, in pairs of both engines.
-    warnings : dict of str to list of dict
+    warnings : dict of str to list of RunWarning
         As in ``summary.json``, by engine.
     """
 
@@ -78,7 +92,9 @@ class Comparison(Brief):
     differences: dict[str, Difference]
     meaningless: frozenset[str]
     contacts: list[tuple[Impact, Impact]]
-    warnings: dict[str, list[dict[str, Any]]]
+    warnings: dict[str, list[RunWarning]]
+    segments: dict[str, Difference] = field(default_factory=dict)
+    late: bool = False
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         line = f"{' and '.join(self.runs)}, compared up to {self.until:g} s"
@@ -94,12 +110,14 @@ class Comparison(Brief):
 
     @property
     def parted(self) -> bool:
-        """Check whether the horizon is before the end of the runs."""
-        return bool(self.until < min(run.time[-1] for run in self.runs.values()))
+        """Check whether the horizon is before the end of the runs, and no limit of time."""
+        return bool(not self.late and self.until < min(run.time[-1] for run in self.runs.values()))
 
 
 @validated
-def compare(system: System, progress: Callable[[str], TimeReport] | None = None) -> Comparison:
+def compare(
+    system: System, progress: Callable[[str], TimeReport] | None = None, limit: float | None = None
+) -> Comparison:
     """Run an experiment on both engines and compare them.
 
     With contacts each engine also runs at a ten times looser tolerance, which gives the horizon.
@@ -109,6 +127,8 @@ def compare(system: System, progress: Callable[[str], TimeReport] | None = None)
     system : System
     progress : callable, optional
         Called with the name of each stage; returns the stage's progress function.
+    limit : float, optional
+        Longest time of the runs [s]: what they have reached by then is compared. Default: none.
 
     Returns
     -------
@@ -130,36 +150,87 @@ def compare(system: System, progress: Callable[[str], TimeReport] | None = None)
     >>> comparison.differences["A.force"].relative < 1e-4
     True
     """
+    for engine in ENGINES:
+        check_engine(engine)
     system.check_analysis(Analysis.DRAKE)
-    stage = progress or (lambda name: lambda time: None)
+    told = progress or (lambda name: lambda time: None)
+    stages = _Stages(told, clock.monotonic(), np.inf if limit is None else limit)
+    model = segmented(system) if system.tree.flexible else system
     runs, horizons = {}, {}
     for engine in ("compiled", "drake"):
-        runs[engine] = simulate(system, engine, stage(engine))
+        runs[engine] = stages.run(engine, model, engine, _RUN)
         horizons[engine] = float(runs[engine].time[-1])
-        if system.experiment.can_touch:
-            other = simulate(looser(system), engine, stage(f"{engine}, looser"))
-            horizons[engine] = horizon(runs[engine], other, system, stage(f"{engine}, horizon"))
-    stage("differences")
+        if system.can_touch:
+            other = stages.run(f"{engine}, looser", looser(model), engine, _LOOSER, horizons[engine])
+            horizons[engine] = stages.horizon(f"{engine}, horizon", runs[engine], other, system)
     until, every = min(horizons.values()), names(system)
+    whole = stages.run("flexible links", system, "compiled", 1.0, until) if model is not system else None
+    told("differences")
     sound = {engine: Soundness.of_run(system, run) for engine, run in runs.items()}
     none = frozenset().union(*(one.meaningless(every) for one in sound.values())).intersection(every)
     given = [name for name in every if name not in none]
     found = differences(runs["compiled"], runs["drake"], given, until)
+    of_segments = differences(runs["compiled"], whole, given, min(until, whole.time[-1])) if whole else {}
     met = {engine: impacts(run, touching(system)) for engine, run in runs.items()}
     warnings = {engine: warnings_of_run(system, sound[engine], met[engine]) for engine in runs}
-    return Comparison(runs, horizons, found, none, _contacts(met["compiled"], met["drake"], until), warnings)
+    pairs = _contacts(met["compiled"], met["drake"], until)
+    return Comparison(runs, horizons, found, none, pairs, warnings, of_segments, stages.late)
+
+
+class _Stages:
+    """The runs of a comparison, each of which ends at its part of a limit of time [s] from the start on."""
+
+    def __init__(self, tell: Callable[[str], TimeReport], start: float, limit: float) -> None:
+        self._tell, self._start, self._limit = tell, start, limit
+        self.late = False
+
+    def run(self, name: str, system: System, engine: str, part: float, until: float = np.inf) -> Trajectory:
+        """Run a system up to a part of the limit, or a time of the run [s]; KeyboardInterrupt after a signal."""
+        stage = self._stage(name, part, until)
+        run = simulate(system, engine, stage)
+        if run.status is Status.INTERRUPTED:  # a comparison with a part of a run would look like a whole one
+            raise KeyboardInterrupt
+        self.late |= stage.late
+        return run
+
+    def horizon(self, name: str, run: Trajectory, other: Trajectory, system: System) -> float:
+        """Return the horizon of two runs, or the time up to which the limit let them be compared [s]."""
+        stage = self._stage(name, _HORIZON)
+        try:
+            return horizon(run, other, system, stage)
+        except TimeOverError:
+            self.late = True
+            return stage.reached
+
+    def _stage(self, name: str, part: float, until: float = np.inf) -> _Stage:
+        return _Stage(self._tell(name), self._start + part * self._limit, until)
+
+
+class _Stage:
+    """Progress of a stage, which ends it at a time of the clock, or at one of the run [s]."""
+
+    def __init__(self, tell: TimeReport, end: float, until: float) -> None:
+        self._tell, self._end, self._until = tell, end, until
+        self.reached, self.late, self._calls = 0.0, False, 0
+
+    def __call__(self, time: float) -> None:
+        self.reached, self._calls = time, self._calls + 1
+        self._tell(time)
+        self.late = clock.monotonic() > self._end and self._calls > _FEWEST
+        if self.late or time > self._until:
+            raise TimeOverError
 
 
 def looser(system: System) -> System:
     """Return the same system with a ten times looser accuracy."""
-    return system.replaced({"solver.accuracy": min(10.0 * system.experiment.solver.accuracy, 0.1)})
+    return system.replaced({"solver.accuracy": min(10.0 * system.settings.accuracy, 0.1)})
 
 
 def names(system: System) -> list[str]:
     """Return the compared columns: outputs, force and eccentricity of clearance joints, drive torques."""
-    joints, drives = system.experiment.play, system.experiment.drives
+    joints, drives = system.play, system.drives
     of_joints = [f"{joint}.{what}" for joint in joints for what in ("force", "eccentricity_ratio")]
-    return [*dict.fromkeys([*system.experiment.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)])]
+    return [*dict.fromkeys([*system.settings.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)])]
 
 
 def differences(run: Trajectory, other: Trajectory, columns: list[str], until: float) -> dict[str, Difference]:
@@ -176,9 +247,9 @@ def differences(run: Trajectory, other: Trajectory, columns: list[str], until: f
     return result
 
 
-def revolutions(experiment: Experiment, time: float) -> float | None:
+def revolutions(system: System, time: float) -> float | None:
     """Return the revolutions of the first drive with constant speed in a time; None without one."""
-    for drive in experiment.drives.values():
+    for drive in system.drives.values():
         if drive.prescribed and drive.speed:
             return abs(drive.speed) * time / (2.0 * np.pi)
     return None

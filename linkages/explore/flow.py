@@ -10,9 +10,10 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, RunError, Status, nearest
 from linkages.engines.budget import WINDOW
-from linkages.engines.compiled.run.replay import Steps, record_memory, recorded
+from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.mechanics.integrate.driver import DONE, PAUSED, Record
+from linkages.mechanics.planar.contact_memory import record_memory, recorded
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.outputs.columns import Columns
 from linkages.results.steady_state import drive_period
@@ -27,15 +28,15 @@ _LOOKS = 7  # attempts to find the period of a formula, each over twice the dura
 class Flow:
     """A run that can be paused, continued, and moved to another state.
 
-    It has reached the time `t` [s] and the state `y` (ny,): positions and rates of the free coordinates, then bristles,
-    see `linkages.engines.compiled.run.model`. `scale` (ny,) is the error scale of each entry; the status is OK as long
-    as the run can continue. AssemblyError or InputError as `System.assembly`.
+    It has reached the time `t` [s] and the state `y` (ny,): positions and rates of the free coordinates, then other
+    states, see `linkages.engines.compiled.run.model`. `scale` (ny,) is the error scale of each entry; the status is OK
+    as long as the run can continue. AssemblyError or InputError as `System.assembly`.
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
         self.runner = Runner(system)
-        self.memory = self.runner.memory  # of the contacts, (nc, 2 or more); see `APPROACH`
+        self.memory = self.runner.memory  # of the contacts, see `linkages.mechanics.planar.contact_memory`
         self.y, self.scale = self.runner.start, self.runner.scale
         self.t, self.status = 0.0, Status.OK
         self.step = 0.0  # size of the next attempted step [s]
@@ -61,7 +62,7 @@ class Flow:
         run.
         """
         pieces = [] if self._last is None else [self._last]
-        while self.status is Status.OK and self.t < min(times[-1], self.system.experiment.duration):
+        while self.status is Status.OK and self.t < min(times[-1], self.system.settings.duration):
             self._last = self._take(WINDOW)
             pieces.append(self._last)
         piece = join(pieces)
@@ -124,17 +125,18 @@ def period_of(system: System, drive: str | None = None) -> float:
 
     By default the first drive with constant speed, otherwise the first periodic one.
     """
-    experiment = system.experiment
-    moving = {name: d for name, d in experiment.drives.items() if d.prescribed and (d.speed or d.varies)}
+    moving = {name: d for name, d in system.drives.items() if d.prescribed and (d.speed or d.varies)}
     if drive is not None and drive not in moving:
         raise InputError("argument", "drive", f'"{drive}" has no prescribed motion; {nearest(drive, moving)}')
     for name in sorted(moving, key=lambda name: moving[name].varies) if drive is None else [drive]:
         looks = _LOOKS if moving[name].formula is not None else 1
         for k in range(looks):
-            if (period := drive_period(system, name, experiment.duration * 2.0**k)) is not None:
+            if (period := drive_period(system, name, system.settings.duration * 2.0**k)) is not None:
                 return period
     problem = "does not repeat its motion" if drive else "no drive has constant speed or is periodic"
-    raise InputError(experiment.source, f"drives.{drive}" if drive else "drives", f"{problem}: there is no revolution")
+    raise InputError(
+        system.description.source, f"drives.{drive}" if drive else "drives", f"{problem}: there is no revolution"
+    )
 
 
 def lasting(system: System, revolutions: float, drive: str | None = None) -> System:

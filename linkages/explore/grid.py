@@ -16,12 +16,11 @@ from linkages.base.arguments import Count, Names, Whole, validated, vector
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.disk import keep, kept
-from linkages.base.errors import InputError, Status
+from linkages.base.errors import ARGUMENT, InputError, Status
 from linkages.engines.compiled.effects import check_varied
 from linkages.explore.sections import Section, checked
 from linkages.explore.sweep import SweepPoint, points_of
 from linkages.input.files.writing import errors_of_writing
-from linkages.input.model.experiment import ARGUMENT
 from linkages.system import System
 from linkages.system.identity import identity
 

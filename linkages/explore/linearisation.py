@@ -42,8 +42,8 @@ class StateSpace(Brief):
     A, B, C, D : (nx, nx), (nx, nu), (no, nx), (no, nu) arrays
         Matrices of dx/dt = A x + B u and y = C x + D u, for changes from the operating point.
     states, inputs, outputs : tuples of str
-        Names: ``q.NAME``, ``v.NAME``, ``z.CONTACT``, ``s.NAME`` for coordinates, their rates, bristles and additional
-        states; inputs as in `linkages.system.linear_systems.inputs`; outputs as in the registry.
+        Names: ``q.NAME``, ``v.NAME``, ``z.CONTACT``, ``s.NAME`` for coordinates, their rates, states of laws and
+        additional states; inputs as in `linkages.system.linear_systems.inputs`; outputs as in the registry.
     units : dict of str to str
         Units of the inputs and outputs.
     x, y : (nx,), (no,) arrays
@@ -153,7 +153,7 @@ def linearise(
     if equilibrium:
         point.settle()
     A, local, rates = point.matrix()
-    names = tuple(outputs or system.experiment.outputs or [name for name in local.names if name.startswith("q.")])
+    names = tuple(outputs or system.settings.outputs or [name for name in local.names if name.startswith("q.")])
     pack(system, names)
     C, error_c = _by_state(point, local, names)
     B, D, error_d = _by_inputs(point, local, names, chosen)

@@ -1,8 +1,8 @@
-"""Minimal coordinates of a linkage near a state: independent free coordinates, rates, bristles, additional states.
+"""Minimal coordinates of a linkage near a state: independent free coordinates, rates, states of laws, others.
 
 With closed loops of ideal joints, the state y = [q, v, z, s] moves on the closed loops: changes keep the closure rows
 and their rates zero. Some coordinates are independent, the others follow; a change x of the independent ones, of their
-rates, of the bristles and of additional states changes the state by ``tangent @ x`` to first order.
+rates, of the states of laws and of additional states changes the state by ``tangent @ x`` to first order.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _PREFERRED = 1e-3  # weight in the choice of dependent coordinates of those with
 class LocalCoordinates:
     """Minimal coordinates near a state; made by `local_coordinates`."""
 
-    # nx names: ``q.NAME`` of coordinates, ``v.NAME`` of their rates, ``z.CONTACT`` of bristles, ``s.NAME`` of states
+    # nx names: ``q.NAME`` of coordinates, ``v.NAME`` of rates, ``z.CONTACT`` of laws' states, ``s.NAME`` of others
     names: tuple[str, ...]
     entries: Indices  # (nx,) their entries in the state y
     tangent: Array  # (ny, nx) change of the state with them
@@ -44,7 +44,7 @@ def local_coordinates(system: System, closure: Closure, like: LocalCoordinates |
         follow = -own @ rows[:, independent]
         ways[dependent] = follow
         turn = -own @ turning @ ways
-    m, nz = len(independent), len(system.bristles) + len(system.experiment.own_states)
+    m, nz = len(independent), len(system.law_states.names) + len(system.own_states)
     entries = np.concatenate([independent, n + independent, 2 * n + np.arange(nz)])
     tangent = np.zeros((2 * n + nz, len(entries)))
     tangent[entries, np.arange(len(entries))] = 1.0
@@ -52,10 +52,19 @@ def local_coordinates(system: System, closure: Closure, like: LocalCoordinates |
         tangent[dependent, :m] = follow
         tangent[n + dependent, :m], tangent[n + dependent, m : 2 * m] = turn, follow
     coordinates = [tree.coordinates[k] for k in tree.free_dofs[independent]]
-    bristles = [system.contacts[k][1] for k in system.bristles]
-    kinds = {"q": coordinates, "v": coordinates, "z": bristles, "s": system.experiment.own_states}
+    kinds = {"q": coordinates, "v": coordinates, "z": _law_states(system), "s": system.own_states}
     names = [f"{kind}.{name}" for kind, owners in kinds.items() for name in owners]
     return LocalCoordinates(tuple(names), entries, tangent)
+
+
+def _law_states(system: System) -> list[str]:
+    """Name the states of laws by their contact, and by their own name too where a contact has several."""
+    found = system.law_states
+    owners = [system.contacts[k][1] for k in found.places[:, 0]]
+    return [
+        owner if owners.count(owner) == 1 else f"{owner}.{name}"
+        for owner, name in zip(owners, found.names, strict=True)
+    ]
 
 
 def _independent(system: System, closure: Closure) -> Indices:

@@ -15,8 +15,8 @@ from linkages.base.arguments import Count, Whole, validated
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
+from linkages.elements.analysis import Analysis
 from linkages.explore.flow import Flow, lasting, period_of
-from linkages.input.model.capabilities import Analysis
 from linkages.system import System
 
 _ACCURACY = 1e-4  # accuracy of the two trajectories over their distance
@@ -113,21 +113,20 @@ def largest_exponent(
     >>> exponent.per_revolution < 0.0  # with high friction the linkage forgets its start
     True
     """
-    experiment = system.experiment
     system.check_analysis(Analysis.EXPONENT)
     period = period_of(system, drive)
     if not distance > 0.0:
         raise InputError("argument", "distance", f"is {distance:g}; it must be above zero")
-    accuracy = min(experiment.solver.accuracy, _ACCURACY * distance)
+    accuracy = min(system.settings.accuracy, _ACCURACY * distance)
     total = transient + revolutions
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})
     first, second = Flow(tight), Flow(tight)
-    model, unread, own = first.runner.model, experiment.unread_states, experiment.own_states
+    model, unread, own = first.runner.model, system.unread_states, system.own_states
     moves = len(model.free) > model.elimination.rank
     counts = np.array([moves] * (len(first.y) - len(own)) + [name not in unread for name in own])
     if not counts.any():
         problem = "they determine the whole motion, so nothing can diverge"
-        raise InputError(experiment.source, "drives", problem)
+        raise InputError(system.description.source, "drives", problem)
     second.resume(first.t, first.y + distance * counts * first.scale, first.memory, first.step)
     logarithms = np.empty((total, renormalisations))
     for turn in range(total):

@@ -20,7 +20,6 @@ from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.engines.compiled.run.linear import linearised
 from linkages.engines.compiled.run.runner import Runner
-from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.flexible.modes import ModesAt, track
 from linkages.mechanics.planar.bodies import ELASTIC, STIFFNESS, make_motion
 from linkages.mechanics.planar.kinematics import body_velocities, poses_at
@@ -157,7 +156,7 @@ def _modes(pose: StaticSystem) -> Modes:
     matrices = linearised(Runner(pose), pose.time)
     if not matrices.ways.size:
         problem = "has no modes: no link is flexible, and its drives fix all joints"
-        raise InputError(pose.experiment.source, "links", f'{problem}; set links.NAME.model = "flexible"')
+        raise InputError(pose.description.source, "links", f'{problem}; set links.NAME.model = "flexible"')
     inverse = np.linalg.inv(np.linalg.cholesky(matrices.mass))
     standard = inverse @ matrices.stiffness @ inverse.T
     size, twist = np.abs(standard).max(), np.abs(standard - standard.T).max()
@@ -215,7 +214,7 @@ class ModeShapes:
     def points(self) -> dict[str, Array]:
         """Return displacements along x and y, and turns, of all links' and frames' origins, (3, m) each."""
         found = {}
-        for name in self._system.mechanism.point:
+        for name in self._system.points:
             body, x, y = self._system.tree.named_marker(name)
             arms = _turned(self._pose[body, 2], np.array([[x, y]]))
             turn = self._moved[:, body, 0]
@@ -223,9 +222,9 @@ class ModeShapes:
         return found
 
     def _lines(self) -> Iterator[ModeLine]:
-        tree, mechanism = self._system.tree, self._system.mechanism
-        for link in mechanism.links:
-            shape = skeleton(mechanism, link, tree.extent)
+        tree = self._system.tree
+        for link in tree.links.values():
+            shape = tree.skeleton(link.name)
             if link.name in tree.flexible:
                 yield from (self._beam(link.name, shape.color, part) for part in tree.flexible[link.name])
                 continue

@@ -10,13 +10,13 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, RunError, Status
 from linkages.base.kernel.private import OFF
+from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.run.linear import slopes
 from linkages.engines.compiled.run.model import per_length
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
 from linkages.explore.flow import Flow, expect_valid
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
-from linkages.input.model.capabilities import Analysis
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.outputs.columns import columns
 from linkages.system import System
@@ -47,18 +47,19 @@ class LinearisationPoint:
     def __init__(self, system: System, time: float) -> None:
         if OFF:
             raise InputError("environment", "NUMBA_DISABLE_JIT", "linear models need the compiler; unset it")
-        experiment = system.experiment
         system.check_analysis(Analysis.LINEAR)
         for name in system.tree.driven:
-            if experiment.drives[name].speed or experiment.drives[name].varies:
+            if system.drives[name].speed or system.drives[name].varies:
                 problem = "prescribes a motion; give the torque instead (torque = ...), or speed = 0 to hold the joint"
-                raise InputError(experiment.source, f"drives.{name}", problem)
+                raise InputError(system.description.source, f"drives.{name}", problem)
         self.system = system.replaced({"solver.integrator": "radau_iia_5"})
         self.time = time
         self.runner = Runner(self.system)
         n = len(self.runner.model.free)
         if n == self.runner.model.elimination.rank:
-            raise InputError(experiment.source, "drives", "hold all joints, and no link is flexible: nothing can move")
+            raise InputError(
+                system.description.source, "drives", "hold all joints, and no link is flexible: nothing can move"
+            )
         self.y = self.runner.start.copy()
         if time > 0.0:
             flow = Flow(self.system)
@@ -74,13 +75,13 @@ class LinearisationPoint:
         """Evaluate the equations and outputs at a state, which is projected onto closed loops."""
         system = system or self.system
         runner = self.runner if system is self.system else Runner(system)
-        model, experiment = runner.model, system.experiment
+        model = runner.model
         steps = Steps(np.array([self.time]), y[None].copy(), np.zeros((1, len(model.ends))))
         q, v, a, contacts = runner.evaluate(steps, steps.times)
         depth = contacts[0, :, CLEARANCE_OUTPUTS.index("penetration")]
         for k in np.flatnonzero((model.touching == 1) & (depth > 0.0)):
             problem = "is closed at this state, where its law depends on the approach speed and has no derivative"
-            raise InputError(experiment.source, system.contacts[k][1], problem)
+            raise InputError(system.description.source, system.contacts[k][1], problem)
         found = columns(system, steps.times, q, v, a, contacts, names)
         closed = np.concatenate([q[0, model.free], v[0, model.free], y[2 * len(model.free) :]])
         return Observed(closed, a[0, model.free], np.array([found[name][0] for name in names]))
@@ -96,7 +97,7 @@ class LinearisationPoint:
 
         RunError if none is found, or a journal lies outside its film in the one that is found.
         """
-        if self.system.experiment.own_states:
+        if self.system.own_states:
             raise RunError("no equilibrium is searched for with additional states; give a time of a run instead")
         start = self.y.copy()
         ends = []
@@ -107,7 +108,7 @@ class LinearisationPoint:
                 if ends[-1] is Status.OK:
                     return
         problem = "no equilibrium is found from this state"
-        if ends or any(joint.has_film for joint in self.system.experiment.joints.values()):
+        if ends or any(joint.has_film for joint in self.system.joints.values()):
             raise RunError(f"{problem} with every journal inside its film; a film without motion may carry no load")
         raise RunError(f"{problem}; start closer to one (positions of the experiment)")
 

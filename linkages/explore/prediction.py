@@ -9,7 +9,6 @@ at most a tenth of the predicted change. Statements about a change of 1 % (`STAT
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import Status, listed
 from linkages.engines.compiled.batch.batch import Batch
 from linkages.engines.compiled.derivatives.neighbours import magnitude_of
+from linkages.results.shape import RunWarning
 from linkages.results.validity import warning
 from linkages.system import System
 
@@ -91,7 +91,7 @@ def _longest(follows: Flags) -> Array:
 
 def finer(system: System) -> System:
     """Return the system at the accuracy that shows the changes of numbers by small steps."""
-    accuracy = system.experiment.solver.accuracy
+    accuracy = system.settings.accuracy
     return system.replaced({"solver.accuracy": max(_TIGHTER * accuracy, min(accuracy, _LEAST))})
 
 
@@ -107,7 +107,7 @@ def numbers_of(batch: Batch, keys: Sequence[str]) -> Array:
     return found
 
 
-def warnings_of(reach: Mapping[str, Mapping[str, float]]) -> Iterator[dict[str, Any]]:
+def warnings_of(reach: Mapping[str, Mapping[str, float]]) -> Iterator[RunWarning]:
     """Warn of peaks whose derivatives do not predict the stated change; `reach` by path and key."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for path, line in reach.items():

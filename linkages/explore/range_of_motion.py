@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, Status
 from linkages.explore.transmission import DrivenMotion, Transmission, transmissions
 from linkages.input.model.experiment import nothing_done
-from linkages.input.model.load_tables import Mesh
 from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.kinematics import state_tables
 from linkages.system import System
@@ -36,14 +36,15 @@ class Travel:
     together: tuple[str, ...]  # links in a larger group, without a defined transmission angle
 
 
-def movable(mechanism: Mechanism, starts: Mapping[str, float], gears: Mapping[str, Mesh] | None = None) -> System:
+def movable(mechanism: Mechanism, starts: Mapping[str, float], tables: Mapping[str, Any] | None = None) -> System:
     """Make a system with ideal joints whose drives determine the motion, without loads, with drives at rest.
 
-    `starts` are coordinates of driven joints [rad or m]; a joint that the others already move is dropped. If they are
-    too few, further joints are driven from the reference configuration, in the order: fully turning, on the ground,
-    revolute, prismatic. AssemblyError if the loops do not close there.
+    `tables` are those of the elements that couple coordinates. `starts` are coordinates of driven joints [rad or m]; a
+    joint that the others already move is dropped. If they are too few, further joints are driven from the reference
+    configuration, in the order: fully turning, on the ground, revolute, prismatic. AssemblyError if the loops do not
+    close there.
     """
-    held = partial(_held, mechanism, gears or {})
+    held = partial(_held, mechanism, tables or {})
     mobility = held({}).assembly.mobility
     wanted = list(starts)
     if mobility == 1 and not wanted:
@@ -59,9 +60,9 @@ def movable(mechanism: Mechanism, starts: Mapping[str, float], gears: Mapping[st
 
 def travel(system: System, drive: str) -> Travel:
     """Move one drive of `movable` to its limits, at most one revolution or twice the linkage's size either way."""
-    turns = system.mechanism.joint[drive].type == "revolute"
+    turns = system.joints[drive].type == "revolute"
     reach = 2.0 * np.pi if turns else 2.0 * system.tree.extent
-    start = system.experiment.drives[drive].angle
+    start = system.drives[drive].angle
     up = _way(system, drive, reach)
     full = turns and up.status is Status.OK
     ways = [(up, 1.0)] if full else [(_way(system, drive, -reach), -1.0), (up, 1.0)]
@@ -88,11 +89,9 @@ def travel(system: System, drive: str) -> Travel:
     )
 
 
-def _held(mechanism: Mechanism, gears: Mapping[str, Mesh], starts: Mapping[str, float]) -> System:
+def _held(mechanism: Mechanism, tables: Mapping[str, Any], starts: Mapping[str, float]) -> System:
     still = {name: {"angle": float(angle), "speed": 0.0} for name, angle in starts.items()}
-    keys = ("joints", "ratio", "offset", "carrier", "mimic")
-    coupled = {name: {key: getattr(gear, key) for key in keys} for name, gear in gears.items()}
-    return System(mechanism, nothing_done(mechanism.source, {"drives": still, "gears": coupled}))
+    return System(mechanism, nothing_done(mechanism.source, {"drives": still, **tables}))
 
 
 def _candidates(mechanism: Mechanism) -> list[str]:
@@ -103,7 +102,7 @@ def _candidates(mechanism: Mechanism) -> list[str]:
 
 
 def _turns_fully(system: System, name: str) -> bool:
-    if system.mechanism.joint[name].type != "revolute":
+    if system.joints[name].type != "revolute":
         return False
     try:
         return system.determinate and _way(system, name, 2.0 * np.pi).status is Status.OK

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -14,13 +14,14 @@ from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, RunError, Status
 from linkages.engines.assessment import simulate
-from linkages.engines.compiled.batch.batch import simulate_batch
+from linkages.engines.compiled.batch.batch import run_batch
 from linkages.engines.compiled.derivatives.neighbours import magnitude_of
 from linkages.engines.compiled.effects import check_varied, near
 from linkages.engines.repetition import tightened
 from linkages.explore.prediction import STATED, finer, numbers_of, reaches, warnings_of
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs
+from linkages.results.shape import RunWarning
 from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics
 from linkages.results.trajectory import TimeReport, Trajectory
 from linkages.results.validity import warning
@@ -57,7 +58,7 @@ class Sensitivities(Brief):
         squares and works, of the error of their quadrature within the steps.
     checks : dict of dict of float
         Differences of runs, by path and key of peaks; empty unless requested.
-    warnings : list of dict
+    warnings : list of RunWarning
         As in ``summary.json``.
     run : Trajectory
     window : (float, float)
@@ -74,7 +75,7 @@ class Sensitivities(Brief):
     derivatives: dict[str, dict[str, float | None]]
     errors: dict[str, dict[str, float | None]]
     checks: dict[str, dict[str, float]]
-    warnings: list[dict[str, Any]]
+    warnings: list[RunWarning]
     run: Trajectory
     window: tuple[float, float]
     times: dict[str, float]
@@ -155,7 +156,7 @@ def sensitivities(
     for path in paths:
         check_varied(system, path, near(system, path), "argument", names)
     stage = progress or (lambda name: lambda time: None)
-    span = (0.0, system.experiment.duration) if window is None else (float(window[0]), float(window[-1]))
+    span = (0.0, system.settings.duration) if window is None else (float(window[0]), float(window[-1]))
     found = _Differentiated(system, paths, names, span, stage("run"))
     errors: dict[str, dict[str, float | None]] = {path: dict.fromkeys(found.numbers) for path in paths}
     if error_estimate:
@@ -174,13 +175,13 @@ def _reach(
 ) -> dict[str, dict[str, float]]:
     """Find how far the derivatives of numbers predict, by path and key; without an entry where there is none."""
     span, keys = found.span, list(found.numbers)
-    outputs = list(dict.fromkeys([*names, *(f"{name}.power" for name in system.experiment.drives)]))
+    outputs = list(dict.fromkeys([*names, *(f"{name}.power" for name in system.drives)]))
 
     def numbers(table: Array, tight: bool) -> Array:
         """Make the numbers (m, nk) of runs with values (m, np)."""
         one = finer(system) if tight else system
-        done = lambda share: progress(share * system.experiment.duration)  # noqa: E731
-        return numbers_of(simulate_batch(one, [*values], table, outputs, [span], progress=done), keys)
+        done = lambda share: progress(share * system.settings.duration)  # noqa: E731
+        return numbers_of(run_batch(one, [*values], table, outputs, [span], progress=done), keys)
 
     rates = np.array([[found.derivatives[path][key] for key in keys] for path in values], dtype=float)
     table = reaches(values, rates, np.array([found.scales[key] for key in keys]), numbers)
@@ -192,7 +193,7 @@ def _finer(
     system: System, found: _Differentiated, paths: Sequence[str], names: Sequence[str], progress: TimeReport
 ) -> _Differentiated:
     """Repeat a run with a tighter accuracy: ten times, if the integrator does not reach the accuracy that is wanted."""
-    ratio = max(_TIGHTER, min(_LITTLE, _LEAST / system.experiment.solver.accuracy))
+    ratio = max(_TIGHTER, min(_LITTLE, _LEAST / system.settings.accuracy))
     try:
         return _Differentiated(tightened(system, found.run, ratio), paths, names, found.span, progress)
     except RunError:
@@ -214,7 +215,7 @@ def _differences(system: System, path: str, names: Sequence[str], span: tuple[fl
     """Differences of the fourth order of the peaks of runs, by key; NaN where a run fails."""
     value = system.value(path)
     step = _CHECK * magnitude_of(path, value)
-    batch = simulate_batch(system, [path], [[value + k * step] for k in (-2, -1, 1, 2)], names, [span])
+    batch = run_batch(system, [path], [[value + k * step] for k in (-2, -1, 1, 2)], names, [span])
     slopes = np.array([1 / 12, -2 / 3, 2 / 3, -1 / 12]) @ batch.peak[:, 0] / step
     return {f"{name}.peak": float(slope) for name, slope in zip(names, slopes, strict=True)}
 
@@ -230,7 +231,7 @@ class _Differentiated:
         span: tuple[float, float],
         progress: TimeReport,
     ) -> None:
-        drives = list(system.experiment.drives)
+        drives = list(system.drives)
         columns = [*names, *(f"{name}.power" for name in drives)]
         self.run = simulate(system, progress=progress, outputs=list(dict.fromkeys(columns)), wrt=paths)
         if self.run.status is not Status.OK:
@@ -258,7 +259,7 @@ class _Differentiated:
         output, factor = (f"{name}.power", self.span[1] - self.span[0]) if kind == "work" else (name, 1.0)
         return factor * float(np.abs(self.part[output]).max())
 
-    def _warnings(self, peaks: Mapping[str, Found]) -> Iterator[dict[str, Any]]:
+    def _warnings(self, peaks: Mapping[str, Found]) -> Iterator[RunWarning]:
         """Warn of peaks, by output, whose derivatives mean less, and of the end of the derivatives."""
         for name, peak in peaks.items():
             if (mark := _mark(self.part, name, peak)) is not None:

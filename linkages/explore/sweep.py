@@ -9,11 +9,10 @@ from typing import Annotated
 from linkages.base.arguments import Count, Names, Whole, validated, vector
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
-from linkages.base.errors import InputError, Status
+from linkages.base.errors import ARGUMENT, InputError, Status
 from linkages.engines.compiled.effects import check_varied
 from linkages.engines.threads import in_threads
 from linkages.explore.sections import Section, checked, horizon, sections
-from linkages.input.model.experiment import ARGUMENT
 from linkages.system import System
 
 
@@ -141,7 +140,7 @@ def sweep(
         raise InputError("argument", path, "has no values")
     systems = [system.replaced({path: float(value)}, origin) for value in values]
     check_varied(system, path, [min(values), max(values)], origin, names)
-    wanted = [k for k, case in enumerate(systems) if horizons and case.experiment.can_touch]
+    wanted = [k for k, case in enumerate(systems) if horizons and case.can_touch]
     share = 0.5 if wanted else 1.0  # a horizon takes about the same time again
     look = None if progress is None else lambda done: progress(share * done)
     points, interrupted = points_of(systems, values, names, revolutions, transient, drive, threads, look)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
-from linkages.input.model.load_tables import Mesh
+from linkages.elements.coordinates import Coupled
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.mechanics.integrate.peak_search import parabola_top
 from linkages.system import System
@@ -66,20 +66,20 @@ class DrivenMotion(NamedTuple):
 
 
 def dyads(
-    mechanism: Mechanism, driven: Collection[str], gears: Collection[Mesh] = ()
+    mechanism: Mechanism, driven: Collection[str], coupled: Collection[Coupled] = ()
 ) -> tuple[list[Dyad], tuple[str, ...]]:
     """Divide a linkage into dyads, in the order in which they can be solved.
 
-    Also returns the links that are neither in a dyad nor moved by driven joints, gears or dyads.
+    Also returns the links that are neither in a dyad nor moved by driven joints, couplings or dyads.
     """
     known = {joint.name for joint in mechanism.joints if joint.type == "fixed" or joint.name in driven}
     found: list[Dyad] = []
     while True:
         body = mechanism.rigid_groups(known)
         known |= {joint.name for joint in mechanism.joints if body[joint.parent] == body[joint.child]}
-        pairs = [gear.joints for gear in gears if _is_seen(mechanism, gear, body)]
-        if geared := {name for pair in pairs for name in pair if known & set(pair)} - known:
-            known |= geared
+        pairs = [one.joints for one in coupled if _is_seen(mechanism, one, body)]
+        if moved := {name for pair in pairs for name in pair if known & set(pair)} - known:
+            known |= moved
             continue
         outer: dict[str, list[Joint]] = {}
         for joint in mechanism.joints:
@@ -101,11 +101,11 @@ def dyads(
             return found, tuple(name for name in mechanism.link if body[name] != body["world"])
 
 
-def _is_seen(mechanism: Mechanism, gear: Mesh, body: Mapping[str, str]) -> bool:
-    """Tell whether the motion of a gear's carrier relative to both joints is known; `body`: groups of links."""
-    joints = [mechanism.joint[name] for name in gear.joints]
-    return gear.carrier is None or all(
-        gear.carrier in (joint.parent, joint.child) or body[gear.carrier] == body[joint.parent] for joint in joints
+def _is_seen(mechanism: Mechanism, pair: Coupled, body: Mapping[str, str]) -> bool:
+    """Tell whether the motion of a coupling's carrier relative to both joints is known; `body`: groups of links."""
+    joints = [mechanism.joint[name] for name in pair.joints]
+    return pair.carrier is None or all(
+        pair.carrier in (joint.parent, joint.child) or body[pair.carrier] == body[joint.parent] for joint in joints
     )
 
 
@@ -114,8 +114,8 @@ def transmissions(system: System, motion: DrivenMotion) -> tuple[tuple[Transmiss
 
     The system is from `linkages.explore.range_of_motion.movable`.
     """
-    mechanism, experiment = system.mechanism, system.experiment
-    found, rest = dyads(mechanism, list(experiment.drives), experiment.meshes.values())
+    mechanism = system.mechanism
+    found, rest = dyads(mechanism, list(system.drives), [*system.tree.coupled.values(), *system.tree.loose.values()])
     fixed = mechanism.rigid_groups({joint.name for joint in mechanism.joints if joint.type == "fixed"})
     angles = []
     for inner, links, outer in found:

@@ -1,1 +1,1 @@
-"""Input: files are read, imported and written (`files`), and become a validated machine and experiment (`model`)."""
+"""Input: files are read and imported (`files`), give functions (`functions`), and become a validated `model`."""

@@ -3,6 +3,7 @@
 | module         | content                                                                 |
 |----------------|-------------------------------------------------------------------------|
 | parameters     | declared parameters; the record of numbers that describes one joint     |
+| states         | states of contacts, which laws declare                                  |
 | film           | films: closed forms, the finite film by Reynolds' equation and as a map |
 | contact        | normal contact laws, and their constants from material and geometry     |
 | friction       | friction laws                                                           |
@@ -27,6 +28,7 @@ from linkages.laws.control import CONTROLLERS
 from linkages.laws.film.films import FILMS
 from linkages.laws.friction import FRICTIONS
 from linkages.laws.parameters import PARAMETERS, Parameter
+from linkages.laws.states import State
 from linkages.laws.user_laws import (
     Registered,
     register_contact,
@@ -45,6 +47,7 @@ __all__ = [
     "PARAMETERS",
     "Parameter",
     "Registered",
+    "State",
     "register_contact",
     "register_controller",
     "register_film",

@@ -1,18 +1,17 @@
 """Friction between journal and bearing: the coefficient as a function of the sliding speed.
 
-A friction law is a function ``law(v, bristle, joint) -> mu``; the tangential force on the journal is -mu*N along the
-sliding direction in which v is positive.
+A friction law is a function ``law(v, joint) -> mu``; the tangential force on the journal is -mu*N along the sliding
+direction in which v is positive. A law with states (`linkages.laws.states`) is ``law(v, ..., joint) -> mu, ...``: it
+takes their values, and returns their rates.
 
 v
-    Sliding speed of the journal's surface on the bearing's [m/s].
-bristle
-    State z of the bristles [m], of LuGre only (`bristle_rate` is its rate).
+    Sliding speed of the journal's surface on the bearing's [m/s]; zero without a normal load.
 joint
     Record of `linkages.laws.PARAMETERS`: static and dynamic coefficient ``mu_s >= mu_d >= 0``, ``mu_s > 0`` (LuGre:
     ``mu_d > 0``); where both are zero no law is called. And the parameters that the law declares, by name.
 
-All laws are odd in (v, bristle), continuous and dissipative (LuGre: passive). To add one: its function and parameters
-here, and a line in `FRICTIONS`.
+All laws are odd in v and their states, continuous and dissipative (LuGre: passive). To add one: its function,
+parameters and states here, and a line in `FRICTIONS`.
 """
 
 from __future__ import annotations
@@ -24,8 +23,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from linkages.base.kernel import address, caller, kernel
+from linkages.base.kernel import address, caller, inlined_kernel, kernel
 from linkages.laws.parameters import Parameter, named_record, set_parameters
+from linkages.laws.states import (
+    NEW,
+    STATES,
+    WITH_RATES,
+    Remembered,
+    State,
+    call_with_states,
+    friction_with_states,
+    set_scales,
+)
 
 _F = types.float64
 _call = caller(_F)
@@ -39,7 +48,7 @@ AMBROSIO = (
 
 
 @kernel
-def ambrosio(v: float, bristle: float, joint: np.record) -> float:
+def ambrosio(v: float, joint: np.record) -> float:
     """Zero up to v_0, rising linearly to mu_d at v_1: no stiction, no jump where sliding turns round.
 
     Source: Chen 2025 Table 4 (its "limits of static and dynamic friction speed"); Ambrosio 2003.
@@ -55,7 +64,7 @@ CUBIC = (
 
 
 @kernel
-def cubic(v: float, bristle: float, joint: np.record) -> float:
+def cubic(v: float, joint: np.record) -> float:
     """Cubic steps: up to mu_s at v_0 > 0, down to mu_d at v_1, then constant; continuous slope.
 
     Source: Bai 2016 [0051]-[0055], modified Coulomb friction (v_0 = v_s, v_1 = v_d); its formulas are lost in the text
@@ -79,7 +88,7 @@ COULOMB = (
 
 
 @kernel
-def coulomb(v: float, bristle: float, joint: np.record) -> float:
+def coulomb(v: float, joint: np.record) -> float:
     """mu_d*tanh(v/v_1): smooth, 76 % of mu_d at v_1 and 96 % at 2 v_1.
 
     Source: regularised Coulomb friction; Marques, Flores, Claro and Lankarani, Nonlinear Dyn. 86, 2016.
@@ -105,26 +114,29 @@ def stribeck(v: float, mu_s: float, mu_d: float, v_1: float) -> float:
 
 
 @kernel
-def lugre_rate(v: float, bristle: float, joint: np.record) -> float:
-    """dz/dt = v - sigma_0*|v|*z/g(v) [m/s]; |z| never leaves [0, mu_s/sigma_0] once it is inside.
+def lugre(v: float, bristle: float, joint: np.record) -> tuple[float, float]:
+    """sigma_0*z + sigma_1(v)*dz/dt, z the deflection of bristles: dz/dt = v - sigma_0*|v|*z/g(v), v_1 Stribeck's speed.
 
-    Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40, 1995.
-    """
-    return v - joint.bristle_stiffness * abs(v) * bristle / stribeck(v, joint.mu_s, joint.mu_d, joint.v_1)
-
-
-@kernel
-def lugre(v: float, bristle: float, joint: np.record) -> float:
-    """sigma_0*z + sigma_1(v)*dz/dt, v_1 Stribeck's speed.
+    |z| never leaves [0, mu_s/sigma_0] once it is inside.
 
     With a constant sigma_1 the law can feed energy in at high speed. Here
     sigma_1(v) = sigma_1/(1 + sigma_1*|v|/(4*mu_d)): then v*mu - d/dt(sigma_0*z^2/2) >= 0 in every state,
     since sigma_1(v)*|v| <= 4*g(v). At the speeds of presliding it is the constant one.
 
-    Source: Canudas de Wit et al. 1995; passivity: Barabanov and Ortega, IEEE TAC 45, 2000.
+    Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40, 1995; passivity: Barabanov and
+    Ortega, IEEE TAC 45, 2000.
     """
+    rate = v - joint.bristle_stiffness * abs(v) * bristle / stribeck(v, joint.mu_s, joint.mu_d, joint.v_1)
     fading = joint.bristle_damping / (1.0 + 0.25 * joint.bristle_damping * abs(v) / joint.mu_d)
-    return joint.bristle_stiffness * bristle + fading * lugre_rate(v, bristle, joint)
+    return joint.bristle_stiffness * bristle + fading * rate, rate
+
+
+def _full_deflection(values: Mapping[str, Any]) -> float:
+    """Compute the deflection of the bristles under the static friction [m]."""
+    return float((values.get("static") or values.get("coefficient") or 0.0) * (1.0 / values["bristle_stiffness"]))
+
+
+BRISTLE = State("bristle", "m", _full_deflection, "deflection of the bristles")
 
 
 #: Most sliding speeds, of either sign counted, at which a law can have kinks.
@@ -134,11 +146,11 @@ MOST_KINKS = 4
 class FrictionLaw(NamedTuple):
     """A friction law: coefficient, formula, validity, source."""
 
-    coefficient: Callable[..., float] | None  # none: frictionless
+    coefficient: Callable[..., float | tuple[float, ...]] | None  # with states also their rates; none: frictionless
     formula: str
     valid: str
     source: str
-    bristles: bool = False  # whether the joint has LuGre's bristles as a state
+    states: tuple[State, ...] = ()
     parameters: tuple[Parameter, ...] = ()  # at most `SLOTS`
     needs: tuple[str, ...] = ("coefficient",)  # keys of `NEEDS`
     #: Sliding speeds, of either sign, at which the slope or the curvature jumps, as a function of the parameters.
@@ -146,25 +158,24 @@ class FrictionLaw(NamedTuple):
 
     @property
     def address(self) -> int:
-        """Address of the compiled coefficient in this process; 0 without friction."""
-        return 0 if self.coefficient is None else self._address(self.coefficient)
+        """Address of the compiled coefficient in this process, made by `friction_with_states` if it has states.
 
-    @property
-    def rate_address(self) -> int:
-        """Address of the compiled rate of the bristles in this process; 0 without bristles."""
-        return self._address(lugre_rate) if self.bristles else 0
+        0 without friction.
+        """
+        if self.coefficient is None:
+            return 0
+        record = named_record("friction", self.parameters, self.needs)
+        if not self.states:
+            return address(self.coefficient, _F(_F, record))
+        return address(friction_with_states(self.coefficient, len(self.states)), WITH_RATES(_F, *STATES * [_F], record))
 
     def fill(self, record: Any, values: Mapping[str, Any]) -> None:
         """Write the law into a record of `linkages.laws.PARAMETERS`, from the keys of the experiment's table."""
-        record["friction"], record["bristles"] = self.address, self.rate_address
+        record["friction"] = self.address
         record["mu_d"] = values.get("coefficient") or 0.0
         record["mu_s"] = values.get("static") or record["mu_d"]
-        if self.bristles:
-            record["bristle_scale"] = 1.0 / values["bristle_stiffness"]
+        set_scales(record, "friction", self.states, values)
         set_parameters(record, "friction", self.parameters, values)
-
-    def _address(self, function: Callable[..., float]) -> int:
-        return address(function, _F(_F, _F, named_record("friction", self.parameters, self.needs)))
 
 
 def _both(parameters: Mapping[str, float]) -> tuple[float, ...]:
@@ -193,20 +204,24 @@ FRICTIONS = {
         "g = mu_d + (mu_s - mu_d) exp(-(v/v_1)^2)",
         "stick and slip; one state per joint",
         "Canudas de Wit et al., IEEE TAC 40, 1995; passivity: Barabanov and Ortega 2000",
-        bristles=True, parameters=LUGRE, kinks=lambda parameters: (0.0,),
+        states=(BRISTLE,), parameters=LUGRE, kinks=lambda parameters: (0.0,),
     ),
 }  # fmt: skip
 
 
-@kernel
-def friction_coefficient(v: float, bristle: float, joint: np.record) -> float:
-    """Evaluate the friction law of a joint; see the head of the module."""
+@inlined_kernel
+def friction_action(v: float, remembered: Remembered, joint: np.record) -> tuple[float, float, float, float]:
+    """Evaluate the friction law of a joint with what its contact remembers: coefficient, rates of the states."""
     if joint.friction == 0:
-        return 0.0
-    return _call(joint.friction, (v, bristle, joint))
+        return 0.0, 0.0, 0.0, 0.0
+    if joint.friction_states:
+        _, a, b, c = remembered
+        return call_with_states(joint.friction, (v, a, b, c, joint))
+    return _call(joint.friction, (v, joint)), 0.0, 0.0, 0.0
 
 
 @kernel
-def bristle_rate(v: float, bristle: float, joint: np.record) -> float:
-    """Evaluate the rate of the bristles of a joint whose friction law has some [m/s]."""
-    return _call(joint.bristles, (v, bristle, joint))
+def friction_coefficient(v: float, joint: np.record) -> float:
+    """Evaluate the friction law of a joint, with states that are zero; see the head of the module."""
+    mu, _, _, _ = friction_action(v, NEW, joint)
+    return mu

@@ -7,20 +7,24 @@ import math
 import numpy as np
 
 from linkages.base.kernel import Array, inlined_kernel, kernel
-from linkages.laws.contact.contact_laws import contact_force
+from linkages.laws.contact.contact_laws import normal_force
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import MAPPED, film_force
 from linkages.laws.film.map_table import is_grooved, mapped_flow, static_film
 from linkages.laws.film.tilted_film import tilted_action
-from linkages.laws.friction import bristle_rate, friction_coefficient
+from linkages.laws.friction import friction_action
 from linkages.laws.journal_motion import polar, sliding_speed
 from linkages.laws.mixed import asperity_force, joined
 from linkages.laws.parameters import MODELS, SHEAR
+from linkages.laws.states import NO_RATES, Remembered
 
 _NO_SHEAR = SHEAR["none"]
 _FULL_SHEAR = SHEAR["full"]
 _LUBRICATED = MODELS["lubricated"]
 _DRY = MODELS["dry"]
+
+#: Results of a contact, see `clearance_force`.
+ContactResults = tuple[float, float, float, float, float, float, float, float, float, float]
 
 
 @inlined_kernel
@@ -33,10 +37,9 @@ def clearance_force(
     vy: float,
     omega_b: float,
     omega_j: float,
-    approach: float,
-    bristle: float,
+    remembered: Remembered,
     angle: float = 0.0,
-) -> tuple[float, float, float, float, float, float, float, float]:
+) -> ContactResults:
     """Force and couple on the journal, and how it moves against the wall.
 
     Parameters
@@ -50,10 +53,8 @@ def clearance_force(
         Velocity of the journal's centre relative to the bearing's centre, seen from the inertial frame [m/s].
     omega_b, omega_j : float
         Inertial angular velocities of bearing and journal [rad/s].
-    approach : float
-        Normal speed at which this contact began, latched at its start [m/s].
-    bristle : float
-        State of LuGre's bristles [m].
+    remembered : tuple of float
+        What the contact remembers, see `linkages.laws.states`.
     angle : float
         Of the bearing's body, for a film with a groove or a tilt [rad].
 
@@ -64,8 +65,8 @@ def clearance_force(
     couple : float
         Couple on the journal [N m]. The bearing gets -(fx, fy) **at the journal's centre** and -couple, so
         that the pair has neither net force nor net moment.
-    rate : float
-        Rate of the bristles' state [m/s]; 0 where the friction law has none.
+    rates : three floats
+        Rates of the states of the contact; 0 where there are none.
     delta, closing : float
         Penetration e - c [m] and its rate [m/s].
     sliding : float
@@ -77,7 +78,8 @@ def clearance_force(
     e, nx, ny, v_n, v_t = polar(ex, ey, vx, vy)
     delta, radius = e - c, joint.radius - c  # radius of the journal
     sliding = sliding_speed(joint, e, v_t, omega_b, omega_j)
-    f_n, f_t, couple, rate, load = 0.0, 0.0, 0.0, 0.0, 0.0
+    f_n, f_t, couple, load = 0.0, 0.0, 0.0, 0.0
+    first, second, third = NO_RATES
     if joint.tilt != 0.0:  # lubricated
         f_n, f_t, couple, _, _, _ = tilted_action(joint, e, v_n, v_t, omega_b, omega_j, math.atan2(ny, nx) - angle)
     elif joint.model != _DRY:
@@ -87,9 +89,10 @@ def clearance_force(
         extra = 0.0
         if joint.model != _DRY and joint.transition == 0.0:
             extra = asperity_force(e / c, c, joint.radius, joint.length, joint.roughness, joint.asperity_pressure)
-        load, drag, rate = dry_force(joint, delta, v_n, sliding, approach, bristle, extra)
+        load, drag, first, second, third = dry_force(joint, delta, v_n, sliding, remembered, extra)
         f_n, f_t, couple, load = joined(joint, (f_n, f_t, couple), (-load, -drag, -radius * drag), delta, load)
-    return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate, delta, v_n, sliding, load
+    fx, fy = f_n * nx - f_t * ny, f_n * ny + f_t * nx
+    return fx, fy, couple, first, second, third, delta, v_n, sliding, load
 
 
 @kernel
@@ -129,12 +132,11 @@ def dry_force(
     delta: float,
     closing: float,
     sliding: float,
-    approach: float,
-    bristle: float,
+    remembered: Remembered,
     extra: float = 0.0,
     gain: float = 1.0,
-) -> tuple[float, float, float]:
-    """Load, friction and rate of the bristles of one dry contact.
+) -> tuple[float, float, float, float, float]:
+    """Load, friction and rates of the states of one dry contact.
 
     Parameters
     ----------
@@ -143,7 +145,7 @@ def dry_force(
         Penetration [m] and its rate [m/s].
     sliding : float
         Sliding speed [m/s].
-    approach, bristle
+    remembered
         As for `clearance_force`.
     extra : float
         Load carried otherwise, by asperities, which friction acts on as well [N].
@@ -156,15 +158,14 @@ def dry_force(
         Normal force that pushes the bodies apart, never negative [N].
     drag : float
         Friction force against positive sliding [N].
-    rate : float
-        Rate of the bristles' state [m/s]; 0 where the friction law has none.
+    rates : three floats
+        Rates of the states of the contact law and of the friction law.
     """
-    load = extra + gain * contact_force(delta, closing, approach, joint)
-    mu = friction_coefficient(sliding, bristle, joint)
-    rate = 0.0
-    if joint.bristles:  # without a load nothing drags them along
-        rate = bristle_rate(sliding if load > 0.0 else 0.0, bristle, joint)
-    return load, mu * load, rate
+    force, a, b, c = normal_force(delta, closing, remembered, joint)
+    load = extra + gain * force
+    # without a load nothing drags the states of friction along
+    mu, d, e, f = friction_action(sliding if load > 0.0 else 0.0, remembered, joint)
+    return load, mu * load, a + d, b + e, c + f
 
 
 @inlined_kernel

@@ -18,6 +18,7 @@ import numpy as np
 from numba import from_dtype
 
 from linkages.base.kernel import record_type
+from linkages.laws.states import SCALES
 
 #: The kinds of laws that declare parameters.
 KINDS = ("contact", "friction", "film")
@@ -48,8 +49,9 @@ PARAMETERS = record_type(
     damping_limit="f8",  # largest |ddelta/ddelta0| that the damping sees; inf: any
     shape_ratio="f8",  # L^2/(R_b R_j) of Dubowsky and Freudenstein
     friction="i8",  # FRICTIONS[name].address; 0: none
-    bristles="i8",  # FRICTIONS[name].rate_address; 0: none
-    bristle_scale="f8",  # deflection of the bristles under full friction, in magnitude [m]; 0: no bristles
+    contact_states="i8",  # number of continuous states of the contact law, and of the friction law
+    friction_states="i8",
+    **dict.fromkeys(SCALES, "f8"),  # of the states of both, see `linkages.laws.states`
     mu_s="f8",  # static and dynamic coefficient of friction
     mu_d="f8",
     transition="f8",  # mixed, blend: E_0 of Chen 2025 eq. (15) [m]; 0 for asperities

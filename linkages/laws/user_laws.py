@@ -20,15 +20,17 @@ from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from numba import NumbaError
+from numba import NumbaError, types
 
+from linkages.base.kernel import address
 from linkages.laws.contact.contact_forces import power_law
 from linkages.laws.contact.contact_laws import ContactLaw
 from linkages.laws.control import ControlLaw
 from linkages.laws.declared import REGISTRIES, check_parameters, declared
 from linkages.laws.film.films import Film
-from linkages.laws.friction import LUGRE, MOST_KINKS, FrictionLaw
-from linkages.laws.parameters import Parameter
+from linkages.laws.friction import MOST_KINKS, FrictionLaw
+from linkages.laws.parameters import Parameter, named_record
+from linkages.laws.states import State, check_states
 
 _BUILT_IN = {kind: frozenset(registry) for kind, registry in REGISTRIES.items()}
 
@@ -57,11 +59,12 @@ class Registered(NamedTuple):
 
 def register_contact(
     name: str,
-    force: Callable[..., float] | None = None,
+    force: Callable[..., float | tuple[float, ...]] | None = None,
     *,
     factor: Callable[[float], float] | None = None,
     parameters: Sequence[Parameter] | None = None,
     needs: Sequence[str] | None = None,
+    states: Sequence[State] = (),
     conformal: bool = False,
     formula: str = "",
     valid: str = "",
@@ -84,6 +87,9 @@ def register_contact(
     needs : sequence of str, optional
         Common keys that files must give for this law: ``"restitution"``, read as ``joint.restitution``, and
         ``"stiffness"`` (or a material), read as ``joint.stiffness``. Default: both; none if `parameters` are given.
+    states : sequence of State, optional
+        Continuous states of the contact. The force takes their values before ``joint``, and returns a tuple: F, then
+        their rates. Without contact it is called with delta = ddelta = 0, for the rates alone.
     conformal : bool
         Whether a stiffness from the material is the one of conformal cylinders, pi E' L, instead of Hertz's.
     formula, valid, source : str
@@ -101,7 +107,8 @@ def register_contact(
     >>> "small-loss" in laws.CONTACTS
     True
     """
-    own = {"force": force, "factor": factor, "conformal": conformal, "parameters": parameters, "needs": needs}
+    own: dict[str, Any] = {"force": force, "factor": factor, "conformal": conformal, "states": states}
+    own |= {"parameters": parameters, "needs": needs}
     _register("contact", name, **own, formula=formula, valid=valid, source=source)
 
 
@@ -145,11 +152,11 @@ def register_film(
 
 def register_friction(
     name: str,
-    coefficient: Callable[..., float],
+    coefficient: Callable[..., float | tuple[float, ...]],
     *,
     parameters: Sequence[Parameter] | None = None,
     needs: Sequence[str] | None = None,
-    bristles: bool = False,
+    states: Sequence[State] = (),
     kinks: Sequence[str | float] = (),
     formula: str = "",
     valid: str = "",
@@ -161,17 +168,18 @@ def register_friction(
     ----------
     name : str
     coefficient : callable
-        ``coefficient(v, bristle, joint) -> mu`` as described in `linkages.laws.friction`: a Python function that numba
-        can compile, plain or compiled already. Odd in (v, bristle), and v*mu >= 0 if it is to dissipate.
+        ``coefficient(v, joint) -> mu`` as described in `linkages.laws.friction`: a Python function that numba can
+        compile, plain or compiled already. Odd in v and the states, and v*mu >= 0 if it is to dissipate.
     parameters : sequence of Parameter, optional
         Numbers that the law reads as ``joint.NAME``, and files give as ``joints.NAME.friction.NAME``. Default: those
         of the built-in laws, ``v_0``, ``v_1``, ``bristle_stiffness`` and ``bristle_damping``.
     needs : sequence of str, optional
         Common keys that files must give for this law: ``"coefficient"``, read as ``joint.mu_d`` and, the static one,
         ``joint.mu_s``. Default: it; none if `parameters` are given.
-    bristles : bool
-        Whether the joint gets LuGre's bristles as a state, with `linkages.laws.friction.lugre_rate`. It needs the
-        coefficient and has the parameters ``v_1`` and ``bristle_stiffness``, which are added unless declared.
+    states : sequence of State, optional
+        Continuous states of the contact, such as the deflection of bristles. The coefficient takes their values before
+        ``joint``, and returns a tuple: mu, then their rates. Without a normal load it is called with v = 0, for the
+        rates alone.
     kinks : sequence of str or float, optional
         Sliding speeds at which the slope or the curvature of the coefficient jumps: names of parameters, or numbers
         [m/s]. The law has them on both sides of zero. Accurate runs and derivatives have steps that end there; without
@@ -188,7 +196,7 @@ def register_friction(
     --------
     >>> from linkages import laws
     >>> import math
-    >>> def smooth(v, bristle, joint):
+    >>> def smooth(v, joint):
     ...     return joint.top * math.tanh(v / joint.pace)
     >>> top = laws.Parameter("top", "1", None, "largest coefficient", ge=0.0)
     >>> pace = laws.Parameter("pace", "m/s", 1e-3, "speed at which friction is tanh(1) of its largest value", gt=0.0)
@@ -196,7 +204,7 @@ def register_friction(
     >>> "smooth" in laws.FRICTIONS
     True
     """
-    own = {"coefficient": coefficient, "bristles": bristles, "kinks": kinks, "parameters": parameters, "needs": needs}
+    own = {"coefficient": coefficient, "states": states, "kinks": kinks, "parameters": parameters, "needs": needs}
     _register("friction", name, **own, formula=formula, valid=valid, source=source)
 
 
@@ -266,7 +274,7 @@ def restore(records: Iterable[Registered]) -> None:
 
 def _register(kind: str, name: str, **arguments: Any) -> None:
     plain = {key: getattr(value, "py_func", value) for key, value in arguments.items()}
-    for key in ("parameters", "needs", "kinks"):
+    for key in ("parameters", "needs", "states", "kinks"):
         if plain.get(key) is not None:
             plain[key] = tuple(plain[key])
     _add(Registered(kind, name, plain, time.time_ns()))
@@ -282,6 +290,8 @@ def _add(record: Registered) -> None:
     try:
         law = _MAKERS[kind](**record.arguments)
         check_parameters(kind, name, law.parameters)
+        if getattr(law, "states", ()):
+            _compile_alone(kind, law)
         law.address  # noqa: B018 - compiles
     except Exception as error:
         raise ValueError(f'{kind} law "{name}": {_reason(error)}') from None
@@ -289,19 +299,19 @@ def _add(record: Registered) -> None:
     _registered[kind, name] = record
 
 
-def _contact(force: Any, factor: Any, parameters: Any, needs: Any, **texts: Any) -> ContactLaw:
+def _contact(force: Any, factor: Any, parameters: Any, needs: Any, states: Any = (), **texts: Any) -> ContactLaw:
     if force is None and factor is None:
         raise ValueError("give a force, a factor, or both")
-    if force is None and parameters is not None:
-        raise ValueError("give a force, which reads the parameters")
+    if force is None and (parameters is not None or states):
+        raise ValueError(f"give a force, which reads the {'states' if states else 'parameters'}")
     own, needs = declared("contact", parameters, needs)
     if force is not None:
-        _check(force, "delta", "ddelta", "ddelta0", "joint")
+        _check(force, "delta", "ddelta", "ddelta0", *check_states(states), "joint")
     if factor is not None:
         _check(factor, "e")
         float(factor(0.5))
         texts["factor"], needs = factor, tuple(dict.fromkeys(("restitution", *needs)))
-    return ContactLaw(force or power_law, parameters=own, needs=needs, **texts)
+    return ContactLaw(force or power_law, parameters=own, needs=needs, states=states, **texts)
 
 
 def _film(force: Any, parameters: Any, **texts: Any) -> Film:
@@ -309,19 +319,23 @@ def _film(force: Any, parameters: Any, **texts: Any) -> Film:
     return Film(force, parameters=parameters, **texts)
 
 
-def _friction(coefficient: Any, bristles: bool, kinks: Any, parameters: Any, needs: Any, **texts: Any) -> FrictionLaw:
-    _check(coefficient, "v", "bristle", "joint")
+def _friction(coefficient: Any, states: Any, kinks: Any, parameters: Any, needs: Any, **texts: Any) -> FrictionLaw:
+    _check(coefficient, "v", *check_states(states), "joint")
     own, needs = declared("friction", parameters, needs)
-    if bristles:
-        names = {parameter.name for parameter in own}
-        own += tuple(p for p in LUGRE if p.name in ("v_1", "bristle_stiffness") and p.name not in names)
-        needs = ("coefficient",)
     _check_kinks(kinks, {parameter.name for parameter in own})
 
     def speeds(values: Mapping[str, float]) -> tuple[float, ...]:
         return tuple(values[kink] if isinstance(kink, str) else float(kink) for kink in kinks)
 
-    return FrictionLaw(coefficient, bristles=bristles, parameters=own, needs=needs, kinks=speeds, **texts)
+    return FrictionLaw(coefficient, states=states, parameters=own, needs=needs, kinks=speeds, **texts)
+
+
+def _compile_alone(kind: str, law: Any) -> None:
+    """Compile a law with states by itself, for a message about what it returns."""
+    function, inputs = (law.force, 3) if kind == "contact" else (law.coefficient, 1)
+    numbers = (inputs + len(law.states)) * [types.float64]
+    result = types.UniTuple(types.float64, 1 + len(law.states))
+    address(function, result(*numbers, named_record(kind, law.parameters, law.needs)))
 
 
 def _check_kinks(kinks: Sequence[str | float], parameters: Set[str]) -> None:

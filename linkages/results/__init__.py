@@ -21,8 +21,11 @@
 | validity          | rules of validity, and their warnings; rules of flexible links            |
 | warnings          | warnings about the reliability of a summary's numbers                     |
 | assessment        | a run with its ideal linkage and error estimate                           |
-| summary           | contents of summary.json                                                  |
+| parts             | the whole run and its windows: numbers, differences, errors               |
+| summary           | the summary of an assessment                                              |
 | link_loads        | balanced loads of each link at an instant                                 |
 | load_files        | the same for finite elements: loads.csv, LINK.inp                         |
-| shape             | schemas of summary.json and wear.json                                     |
+| numerics          | numbers that tune the evaluation of results                               |
+| shape             | a summary as data, and the schema of summary.json                         |
+| file_shapes       | schemas of wear.json and record.json                                      |
 """

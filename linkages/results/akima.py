@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.base.kernel import Array
-
-_FLAT = 1e-9  # relative to the largest weight: smaller weights are rounding errors
+from linkages.results import numerics
 
 
 def interpolated(times: Array, samples: Array, at: Array) -> Array:
@@ -30,7 +29,7 @@ def interpolated(times: Array, samples: Array, at: Array) -> Array:
     left, right = bends[2:], bends[:-2]
     total = left + right
     slopes = 0.5 * (secants[3:] + secants[:-3])
-    known = total > _FLAT * total.max(initial=0.0)
+    known = total > numerics.ROUNDED * total.max(initial=0.0)
     slopes[known] = ((left * secants[1:-2] + right * secants[2:-1])[known]) / total[known]
     k = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(h) - 1)
     step = h[k]

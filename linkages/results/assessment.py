@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -9,7 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.brief import Brief
-from linkages.mechanics.planar.record_types import STOP
+from linkages.elements.machine import all_elements_of
+from linkages.elements.outputs import Quantities, Source
+from linkages.results import numerics
 from linkages.results.characteristics import peak_columns
 from linkages.results.derivatives import NONE
 from linkages.results.divergence import apart
@@ -21,14 +24,6 @@ from linkages.results.soundness import Soundness
 from linkages.results.steady_state import Motion, motion_of
 from linkages.results.trajectory import Trajectory, values_at
 from linkages.system import System
-
-_CYCLES = 20  # cycles of a periodic motion that stand for all of them
-_LONG = 5  # run over these cycles from which it is long
-_COMPARED = 500  # number of times at which the run and the tighter one are compared
-# difference of a film's force from the force of the ideal joint, in parts of the latter
-_CARRIED = 0.1  # within it the film carries the load
-_OVERSHOOT = 0.25  # a larger excess before makes a start-up
-_TAKEN_UP = 0.005  # part of a run in which a centred journal takes up its load, in microseconds
 
 
 class Repeating(NamedTuple):
@@ -66,6 +61,8 @@ class Assessment(Brief):
         Heat balances of the joints that have one, by name.
     resmoothed : dict of str to Trajectory
         Runs with half and double smoothing of signals from data files, by the names in `SMOOTHINGS`.
+    remeshed : Trajectory or None
+        The run repeated with twice as many cells in each direction of its films with history, if it has any.
     no_ideal : str
         Why there is no ideal motion, such as two drives that only a gear's backlash lets move; empty if there is one.
     """
@@ -77,10 +74,11 @@ class Assessment(Brief):
     tighter: Trajectory | None
     heat: dict[str, JointHeat] = field(default_factory=dict)
     resmoothed: dict[str, Trajectory] = field(default_factory=dict)
+    remeshed: Trajectory | None = None
     no_ideal: str = ""
 
     def _facts(self) -> tuple[str, dict[str, str]]:
-        title = self.system.experiment.title or self.system.experiment.source.stem
+        title = self.system.description.heading
         parts = {"run": self.run, "ideal": self.ideal, "tighter": self.tighter}
         rows = {name: part._facts()[0] if part is not None else "not computed" for name, part in parts.items()}
         return f"{title}; {self.engine} engine, {self.run.status.value}", rows
@@ -108,19 +106,19 @@ class Assessment(Brief):
         phase of free motions and of vibrating links drifts by errors of the run: their cycles are not alike.
         """
         motion, system = self.motion, self.system
-        if motion.cycle is None or motion.since is None or not system.determinate or system.experiment.flexible:
+        if motion.cycle is None or motion.since is None or not system.determinate or system.flexible:
             return None
         start, end = motion.cycle
-        lasts = _CYCLES * (end - start)
+        lasts = numerics.ASSESSMENT_CYCLES * (end - start)
         found = Repeating(motion.since, end - start, motion.since + lasts)
-        return found if end - motion.since > _LONG * lasts else None
+        return found if end - motion.since > numerics.ASSESSMENT_LONG * lasts else None
 
     def latest(self) -> Assessment:
         """Return the assessment without the tighter run, of a long run its last twenty cycles alone: for figures."""
         if self.repeating is None:
             return replace(self, tighter=None)
         end = float(self.run.time[-1])
-        span = end - _CYCLES * self.repeating.cycle, end
+        span = end - numerics.ASSESSMENT_CYCLES * self.repeating.cycle, end
         ideal = self.ideal
         if ideal is not None and ideal.time[-1] >= end:
             ideal = ideal.within(*span)
@@ -136,8 +134,8 @@ class Assessment(Brief):
         the load for longer than the flight. The start-up of the run ends when all these joints have started up and
         every drive has reached its speed; it may last longer than the run.
         """
-        experiment, end, times = self.system.experiment, float(self.run.time[-1]), []
-        for joint in experiment.play:
+        end, times = float(self.run.time[-1]), list[float]()
+        for joint in self.system.play:
             rows = [row for row in self.contacts if row.owner == joint]
             flight = min((row.start for row in rows), default=0.0)
             if flight > 0.0:
@@ -147,7 +145,7 @@ class Assessment(Brief):
                 times += [] if carried is None else [carried]
         if not times:
             return None
-        return min(max([*times, *(drive.ramp for drive in experiment.drives.values())]), end)
+        return min(max(*times, self.system.ramp), end)
 
     @cached_property
     def difference(self) -> Trajectory:
@@ -162,10 +160,10 @@ class Assessment(Brief):
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:
         """Return the time ranges with separate results, by name [s]; docs/outputs.md lists them."""
-        experiment, end = self.system.experiment, float(self.run.time[-1])
-        asked = {name: (window.start, window.end) for name, window in experiment.windows.items()}
-        if experiment.report_from is not None:
-            asked["report"] = experiment.report_from, experiment.duration
+        settings, end = self.system.settings, float(self.run.time[-1])
+        asked = {**settings.windows}
+        if settings.report_from is not None:
+            asked["report"] = settings.report_from, settings.duration
         if self.motion.cycle is not None:
             asked["steady"] = self.motion.cycle
         elif self.start_up is not None:
@@ -182,15 +180,15 @@ class Assessment(Brief):
     def taken_up(self) -> float:
         """Return the time at which centred journals have taken up their load [s]."""
         times = self.difference.time
-        return float(times[0] + _TAKEN_UP * np.ptp(times))
+        return float(times[0] + numerics.ASSESSMENT_TAKEN_UP * np.ptp(times))
 
     @property
     def reported(self) -> str:
         """Return the name of the window that tables show first, or "whole"."""
-        experiment = self.system.experiment
-        if experiment.report == "whole" and experiment.report_from is None:
+        settings = self.system.settings
+        if settings.report == "whole" and settings.report_from is None:
             return "whole"
-        wanted = ("report",) if experiment.report_from is not None else ("steady", "later")
+        wanted = ("report",) if settings.report_from is not None else ("steady", "later")
         return next((name for name in wanted if name in self.windows), "whole")
 
     @property
@@ -236,22 +234,27 @@ class Assessment(Brief):
         run, tighter = self.run, self.tighter
         if tighter is None or not run.evaluate:
             return None
-        return apart(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
+        return apart(run, tighter, self.system, 1 + len(tighter.time) // numerics.COMPARED)
 
 
 def touching(system: System) -> list[str]:
     """Return the contacts that can touch: joints, corners of guides, flanks, prismatic stops, points at lines."""
-    turning = (system.ends["kind"] == STOP) & (system.ends["row"]["ratio"] == 0.0)  # revolute stops give a torque
-    able = system.touching & ~turning
-    return [label for (_, label), one in zip(system.contacts, able, strict=True) if one]
+    parts, slides = all_elements_of(system.parts), system.slides
+    turning = {name for kind, name, keys in parts if _gives_torque(kind.outputs_of(keys, slides))}
+    able = zip(system.contacts, system.touching, strict=True)
+    return [label for (_, label), one in able if one and label not in turning]
+
+
+def _gives_torque(outputs: Sequence[Quantities]) -> bool:
+    """Tell whether an element is a contact with a torque, as a revolute stop is."""
+    return any(one.source is Source.CONTACT and one.effort == "torque" for one in outputs[:1])
 
 
 def _judged(system: System) -> list[str]:
     """Return the columns that a singular position can make meaningless: outputs, and peaks except of loads."""
-    experiment = system.experiment
-    bounded = {name for _, name in experiment.acting if name not in experiment.closed}
+    bounded = {name for _, name in system.acting if name not in system.tree.coupled}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
-    return [*experiment.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
+    return [*system.settings.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
 
 
 def _carried(run: Trajectory, ideal: Trajectory, force: str) -> float | None:
@@ -259,10 +262,10 @@ def _carried(run: Trajectory, ideal: Trajectory, force: str) -> float | None:
     times = run.time[run.time <= ideal.time[-1]]
     load = np.interp(times, ideal.time, ideal[force])
     excess = (run[force][: len(times)] - load) / np.maximum(load, np.finfo(float).tiny)
-    flight = float(times[np.argmax(excess >= -_CARRIED)])
-    edges = np.flatnonzero(np.diff(np.abs(excess) <= _CARRIED, prepend=False, append=False))
+    flight = float(times[np.argmax(excess >= -numerics.ASSESSMENT_CARRIED)])
+    edges = np.flatnonzero(np.diff(np.abs(excess) <= numerics.ASSESSMENT_CARRIED, prepend=False, append=False))
     begins, ends = edges[::2], edges[1::2] - 1
     long = begins[times[ends] - times[begins] > flight]
-    if flight == 0.0 or not len(long) or excess[: long[0]].max() <= _OVERSHOOT:
+    if flight == 0.0 or not len(long) or excess[: long[0]].max() <= numerics.ASSESSMENT_OVERSHOOT:
         return None
     return float(times[long[0]])

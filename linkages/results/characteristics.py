@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from linkages.elements.machine import OF_ELEMENTS
-from linkages.results.extremes import averages, extremes, integral, peaks
+from linkages.results import shape
+from linkages.results.extremes import Extremes, Peak, averages, extremes, integral, peaks
 from linkages.results.impacts import Impact
-from linkages.results.outputs.joints import turns
 from linkages.results.outputs.registry import unit
+from linkages.results.shape import Numbers
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -20,83 +22,131 @@ _LINK = ("deflection", "bending", "stress")  # quantities of a flexible link who
 
 def numbers(
     system: System, trajectory: Trajectory, meaningless: Collection[str], touches: Sequence[Impact] = ()
-) -> dict[str, Any]:
+) -> Numbers:
     """Collect outputs, joints, drives, loads (including stops and contacts) and flexible links; None if meaningless.
 
     Contacts that begin in the time range are counted; of their durations only the part within it.
     """
-    experiment = system.experiment
-    # rigid links have no deformation outputs
-    given = [name for name in experiment.outputs if name in trajectory and name not in meaningless]
-    films = [f"{name}.film_thickness" for name in experiment.play if f"{name}.film_thickness" in trajectory]
-    extreme = extremes(trajectory, [*given, *films])
-    columns = [column for column in peak_columns(system) if column in trajectory]
-    peak = peaks(trajectory, [column for column in columns if column not in meaningless])
-
-    def of(column: str) -> dict[str, float | None]:
-        value, when = peak.get(column, (None, None))
-        return {"peak": value, "time": when}
-
-    def effort(name: str, quantity: str) -> dict[str, Any]:
-        work = integral(trajectory, f"{name}.power") if f"{name}.{quantity}" in peak else None
-        return {quantity: of(f"{name}.{quantity}"), "work": work}
-
-    result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
-    for name in experiment.outputs:
-        found = extreme.get(name)
-        result["outputs"][name] = {key: found and getattr(found, key) for key in ("min", "max", "peak", "time")}
-    for name in system.mechanism.joint:
-        entry: dict[str, Any] = {"model": "ideal", "force": of(f"{name}.force")}
-        if f"{name}.eccentricity_ratio" in columns:
-            entry["model"] = experiment.joints[name].model
-            entry["eccentricity_ratio"] = {"peak": peak[f"{name}.eccentricity_ratio"].value}
-            if (least := extreme.get(f"{name}.film_thickness")) is not None:
-                share = least.min / (experiment.joints[name].clearance or np.inf)
-                entry["film_thickness"] = {"min": least.min, "time": least.time_min, "share": share}
-            entry |= _contacts(trajectory, [row for row in touches if row.owner == name])
-        if f"{name}.tilting_moment" in columns:
-            entry["tilting_moment"] = of(f"{name}.tilting_moment")
-        result["joints"][name] = entry
-    for name in experiment.drives:
-        result["drives"][name] = effort(name, "torque") | {"unit": unit(system, f"{name}.torque")}
-        if not experiment.drives[name].acts:
-            result["drives"][name]["acts"] = False
-        if name in system.tree.powered and f"{name}.rate" in trajectory:
-            result["drives"][name]["fluctuation"] = _fluctuation(trajectory, f"{name}.rate")
-    for table, name in experiment.acting:
-        entry = result.setdefault("loads", {})[name] = effort(name, effort_of(system, table, name))
-        if f"{name}.upper.penetration" in trajectory:  # a gear with backlash
-            entry |= _contacts(trajectory, [row for row in touches if row.owner == name])
-    for name in experiment.flexible:
-        if f"{name}.stress" in columns:
-            link = result.setdefault("links", {})[name] = {key: of(f"{name}.{key}") for key in _LINK}
-            for key in ("deflection", "stress"):
-                link[key]["place"] = _at(trajectory, f"{name}.{key}_place", link[key]["time"])
-    return result
+    part = _Part.of(system, trajectory, meaningless, touches)
+    loads = {name: part.load(name, effort_of(system, table, name)) for table, name in system.acting}
+    links = {name: part.link(name) for name in system.flexible if f"{name}.stress" in part.columns}
+    own: dict[str, Any] = ({"loads": loads} if loads else {}) | ({"links": links} if links else {})
+    return Numbers(
+        outputs={name: part.range(name) for name in system.settings.outputs},
+        joints={name: part.joint(name) for name in system.joints},
+        drives={name: part.drive(name) for name in system.drives},
+        **own,
+    )
 
 
-def _fluctuation(trajectory: Trajectory, column: str) -> float | None:
-    """Compute the range of a column over the magnitude of its mean; None where the mean is zero."""
-    top, (mean, _) = extremes(trajectory, [column])[column], averages(trajectory, column)
-    return (top.max - top.min) / abs(mean) if mean else None
+@dataclass(frozen=True)
+class _Part:
+    """A motion or a part of it, with the extremes and peaks of its columns, and the peak columns that it has."""
 
+    system: System
+    trajectory: Trajectory
+    touches: Sequence[Impact]
+    columns: Sequence[str]
+    extremes: Mapping[str, Extremes]
+    peaks: Mapping[str, Peak]
 
-def _contacts(trajectory: Trajectory, rows: Sequence[Impact]) -> dict[str, Any]:
-    """Count the contacts of a joint, and compute the part of the time with at least one."""
-    begin, end = float(trajectory.time[0]), float(trajectory.time[-1])
-    total, until = 0.0, begin
-    for row in sorted(rows, key=lambda row: row.start):
-        last = min(row.start + row.duration, end)
-        total += max(0.0, last - max(row.start, until))
-        until = max(until, last)
-    lasted = end - begin  # zero if the run failed at once
-    fraction = total / lasted if lasted else float(bool(rows))
-    return {"contact_fraction": fraction, "impacts": sum(begin <= row.start <= end for row in rows)}
+    @classmethod
+    def of(
+        cls, system: System, trajectory: Trajectory, meaningless: Collection[str], touches: Sequence[Impact]
+    ) -> _Part:
+        """Search the extremes of outputs and film thicknesses, and the peaks of the other columns."""
+        columns = [column for column in peak_columns(system) if column in trajectory]
+        # rigid links have no deformation outputs
+        given = [name for name in system.settings.outputs if name in trajectory and name not in meaningless]
+        films = [f"{name}.film_thickness" for name in system.play if f"{name}.film_thickness" in trajectory]
+        found = peaks(trajectory, [column for column in columns if column not in meaningless])
+        return cls(system, trajectory, touches, columns, extremes(trajectory, [*given, *films]), found)
 
+    def range(self, name: str) -> shape.Range:
+        """Return the extremes of an output."""
+        found = self.extremes.get(name)
+        if found is None:
+            return shape.Range(min=None, max=None, peak=None, time=None)
+        return shape.Range(min=found.min, max=found.max, peak=found.peak, time=found.time)
 
-def _at(trajectory: Trajectory, column: str, time: float | None) -> float | None:
-    """Return the value of a column at the sample nearest to a time [s]."""
-    return None if time is None else float(trajectory[column][np.argmin(np.abs(trajectory.time - time))])
+    def peak(self, column: str) -> shape.Peak:
+        """Return the peak of a column."""
+        value, when = self.peaks.get(column, (None, None))
+        return shape.Peak(peak=value, time=when)
+
+    def joint(self, name: str) -> shape.JointNumbers:
+        """Collect the numbers of a joint."""
+        force, ratio, tilting = (f"{name}.{quantity}" for quantity in ("force", "eccentricity_ratio", "tilting_moment"))
+        own: dict[str, Any] = {"tilting_moment": self.peak(tilting)} if tilting in self.columns else {}
+        if ratio not in self.columns:
+            return shape.JointNumbers(model="ideal", force=self.peak(force), **own)
+        return shape.JointNumbers(
+            model=self.system.joints[name].model,
+            force=self.peak(force),
+            eccentricity_ratio=shape.Ratio(peak=self.peaks[ratio].value),
+            **self._film(name),
+            **self._contacts(name),
+            **own,
+        )
+
+    def _film(self, name: str) -> dict[str, Any]:
+        """Return the thinnest film of a joint, if it has one."""
+        least = self.extremes.get(f"{name}.film_thickness")
+        if least is None:
+            return {}
+        share = least.min / (self.system.joints[name].clearance or np.inf)
+        return {"film_thickness": shape.Least(min=least.min, time=least.time_min, share=share)}
+
+    def drive(self, name: str) -> shape.Drive:
+        """Collect the numbers of a drive."""
+        own: dict[str, Any] = {} if self.system.drives[name].acts else {"acts": False}
+        if name in self.system.tree.powered and f"{name}.rate" in self.trajectory:
+            own["fluctuation"] = self._fluctuation(f"{name}.rate")
+        return shape.Drive(**self._effort(name, "torque"), unit=unit(self.system, f"{name}.torque"), **own)
+
+    def load(self, name: str, quantity: str) -> shape.Load:
+        """Collect the numbers of a load with this characteristic quantity."""
+        backlash = any(f"{label}.penetration" in self.trajectory for label in _labels(self.system, name))
+        return shape.Load(**self._effort(name, quantity), **(self._contacts(name) if backlash else {}))
+
+    def link(self, name: str) -> shape.Link:
+        """Collect the numbers of a flexible link."""
+        return shape.Link(
+            deflection=self._placed(f"{name}.deflection"),
+            bending=self.peak(f"{name}.bending"),
+            stress=self._placed(f"{name}.stress"),
+        )
+
+    def _placed(self, column: str) -> shape.Placed:
+        """Return the peak of a column along a link, with the place at the sample nearest to its time."""
+        value, when = self.peaks.get(column, (None, None))
+        place = None
+        if when is not None:
+            place = float(self.trajectory[f"{column}_place"][np.argmin(np.abs(self.trajectory.time - when))])
+        return shape.Placed(peak=value, time=when, place=place)
+
+    def _effort(self, name: str, quantity: str) -> dict[str, Any]:
+        column = f"{name}.{quantity}"
+        work = integral(self.trajectory, f"{name}.power") if column in self.peaks else None
+        return {quantity: self.peak(column), "work": work}
+
+    def _fluctuation(self, column: str) -> float | None:
+        """Compute the range of a column over the magnitude of its mean; None where the mean is zero."""
+        top, (mean, _) = extremes(self.trajectory, [column])[column], averages(self.trajectory, column)
+        return (top.max - top.min) / abs(mean) if mean else None
+
+    def _contacts(self, name: str) -> dict[str, Any]:
+        """Count the contacts of a joint or gear, and compute the part of the time with at least one."""
+        begin, end = float(self.trajectory.time[0]), float(self.trajectory.time[-1])
+        rows = [row for row in self.touches if row.owner == name]
+        total, until = 0.0, begin
+        for row in sorted(rows, key=lambda row: row.start):
+            last = min(row.start + row.duration, end)
+            total += max(0.0, last - max(row.start, until))
+            until = max(until, last)
+        lasted = end - begin  # zero if the run failed at once
+        fraction = total / lasted if lasted else float(bool(rows))
+        return {"contact_fraction": fraction, "impacts": sum(begin <= row.start <= end for row in rows)}
 
 
 def peak_columns(system: System) -> list[str]:
@@ -104,31 +154,23 @@ def peak_columns(system: System) -> list[str]:
 
     A run lacks the columns of other models.
     """
-    experiment = system.experiment
     return [
-        *(f"{joint.name}.force" for joint in system.mechanism.joints),
-        *(f"{name}.{quantity}" for name in experiment.play for quantity in ("eccentricity_ratio", "tilting_moment")),
-        *(f"{name}.torque" for name in experiment.drives),
-        *(f"{name}.{effort_of(system, table, name)}" for table, name in experiment.acting),
-        *(f"{name}.{quantity}" for name in experiment.flexible for quantity in _LINK),
+        *(f"{joint.name}.force" for joint in system.joints.values()),
+        *(f"{name}.{quantity}" for name in system.play for quantity in ("eccentricity_ratio", "tilting_moment")),
+        *(f"{name}.torque" for name in system.drives),
+        *(f"{name}.{effort_of(system, table, name)}" for table, name in system.acting),
+        *(f"{name}.{quantity}" for name in system.flexible for quantity in _LINK),
     ]
 
 
 def effort_of(system: System, table: str, name: str) -> str:
-    """Return the characteristic quantity of an applied load, element, gear, stop or contact."""
+    """Return the characteristic quantity of an applied load, element or contact."""
     if table in OF_ELEMENTS:
-        kind, keys = OF_ELEMENTS[table], system.experiment.elements[table][name]
-        return kind.outputs_of(keys, system.mechanism.slides).effort
-    along = table in ("slack", "frictions", "gears", "couplings", "stops")
-    return "torque" if table in ("torques", "motors") or (along and turns(system, table, name)) else "force"
+        kind, keys = OF_ELEMENTS[table], system.parts[table][name]
+        return kind.outputs_of(keys, system.slides)[0].effort
+    return "force"
 
 
-def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:
-    """Return all peaks of a summary by key: ``slider7.ax.peak``, ``A.force.peak``."""
-    result = {f"{name}.peak": value["peak"] for name, value in numbers["outputs"].items()}
-    for kind in ("joints", "drives", "loads", "links"):
-        for name, entry in numbers.get(kind, {}).items():
-            for quantity, value in entry.items():
-                if isinstance(value, dict) and "peak" in value:
-                    result[f"{name}.{quantity}.peak"] = value["peak"]
-    return result
+def _labels(system: System, name: str) -> list[str]:
+    """List the contacts of an element that has several."""
+    return [label for owner, label in system.contacts if owner == name != label]

@@ -8,6 +8,7 @@ import numpy as np
 
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError
+from linkages.results import numerics
 from linkages.results.akima import interpolated
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
@@ -17,12 +18,6 @@ from linkages.system.rigid_segments import system_of
 #: beyond which two runs have diverged. With contacts the limit is small, as an impact may soon be missed. Without
 #: contacts differences grow smoothly, and measure the errors while small.
 PARTED, STRAYED = 1e-3, 0.05
-
-
-#: Part of the limit up to which interpolation decides, with contacts, where it is less accurate.
-_CLEAR = 0.1
-
-_PART = 256  # times of one evaluation: an engine may take a millisecond for each
 
 
 def horizon(
@@ -64,13 +59,15 @@ class _Pair:
         self._system, self._evaluate = system, dense(run)
         self.end = float(min(run.time[-1], other.time[-1]))
         steps = np.flatnonzero(other.time <= self.end)[::every]
-        self.times, touching = other.time[steps], system.experiment.can_touch
+        self.times, touching = other.time[steps], system.can_touch
         self._there = configuration(system, {name: column[steps] for name, column in other.columns.items()})
         self._limit = PARTED if touching else STRAYED
         here = interpolated(run.time, configuration(system, run.columns), self.times)
-        clear = _distances(here, self._there) <= (_CLEAR if touching else 1.0) * self._limit
+        clear = _distances(here, self._there) <= (numerics.DIVERGENCE_CLEAR if touching else 1.0) * self._limit
         doubtful = np.flatnonzero(~clear)
-        self._parts = [doubtful[k : k + _PART] for k in range(0, len(doubtful), _PART)]
+        self._parts = [
+            doubtful[k : k + numerics.DIVERGENCE_PART] for k in range(0, len(doubtful), numerics.DIVERGENCE_PART)
+        ]
 
     def first(self, progress: Callable[[float], None] | None = None) -> int | None:
         """Return the first step at which the runs have diverged; None without any."""
@@ -118,7 +115,7 @@ def configuration(system: System, columns: Mapping[str, Array]) -> Array:
     if not system.determinate:
         tree = system_of(system, columns).tree
         for name in (tree.coordinates[k] for k in tree.closing_dofs):
-            joint = system.mechanism.joint.get(name)
+            joint = system.joints.get(name)
             slides = joint.type == "prismatic" if joint else "." in name and not name.endswith(".angle")
             value = columns[f"q.{name}"]
             entries += [value / system.tree.extent] if slides else [np.cos(value), np.sin(value)]

@@ -12,11 +12,10 @@ from linkages.base.arguments import Names, numbers, validated
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.mechanics.integrate import peak_search
+from linkages.results import numerics
 from linkages.results.outputs.columns import Columns
 from linkages.results.quadrature import with_middles
 from linkages.results.trajectory import Trajectory
-
-_NEAR = 0.01  # deficit of the smaller of two extremes over their range from which on it is not refined for `peaks`
 
 
 class Bracket(NamedTuple):
@@ -103,7 +102,7 @@ def peaks(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Peak]:
     wanted = []
     for name in names:
         high, low = trajectory[name].max(), trajectory[name].min()
-        near = max(high, -low) - _NEAR * (high - low)
+        near = max(high, -low) - numerics.EXTREMES_NEAR * (high - low)
         wanted += [(name, sign) for sign in (1.0, -1.0) if max(sign * high, sign * low) >= near]
     found = _maxima(trajectory, wanted)
     result: dict[str, Peak] = {}

@@ -16,12 +16,12 @@ from linkages.base.kernel import Array
 from linkages.laws.contact.material import bisect
 from linkages.laws.film.films import film_force
 from linkages.laws.film.map_nodes import PLAIN_CELLS, finite_force
+from linkages.results import numerics
 from linkages.results.extremes import integral
+from linkages.results.shape import Heat, RunWarning
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import warning
 from linkages.system import System
-
-_UNSETTLED = 0.1  # change of the temperature from run to run that is named in a warning [K]
 
 
 @dataclass(frozen=True)
@@ -64,25 +64,23 @@ class JointHeat:
         return self.balanced - self.temperature
 
     @property
-    def content(self) -> dict[str, Any]:
-        """Return the numbers of ``summary.json``."""
+    def numbers(self) -> Heat:
+        """Return the numbers of a summary."""
         names = ("temperature", "viscosity", "power", "flow", "by_flow", "by_conduction", "change")
         numbers = {name: getattr(self, name) for name in names}
-        return {"model": "lumped", **numbers, "from": self.span[0], "to": self.span[1]}
+        return Heat(model="lumped", **numbers, **{"from": self.span[0]}, to=self.span[1])
 
 
 def heated(system: System) -> list[str]:
     """List the joints with a heat balance."""
-    joints = system.experiment.joints
-    return [name for name, _ in system.tree.contacts if joints[name].heat is not None and joints[name].has_film]
+    return [name for name, _ in system.tree.contacts if system.joints[name].heat is not None]
 
 
 def joint_heat(system: System, run: Trajectory, name: str, span: tuple[float, float], cyclic: bool) -> JointHeat:
     """Compute the heat balance of a joint over a part of a run with dense output; ArithmeticError without a balance."""
-    model = system.experiment.joints[name]
-    if model.oil is None or model.heat is None:
+    heat, now = system.joints[name].heat, system.joints[name].oil_temperature
+    if heat is None or now is None:
         raise AssertionError("a joint with a heat balance has oil")
-    heat, now = model.heat.of(model.oil), model.oil.temperature
     part = run.within(*span)
     column = f"{name}.contact_power"  # of a joint with a drive
     power = -integral(part, column if column in part else f"{name}.power") / (span[1] - span[0])
@@ -98,10 +96,14 @@ def joint_heat(system: System, run: Trajectory, name: str, span: tuple[float, fl
     )
 
 
-def heat_warnings(heats: dict[str, JointHeat]) -> list[dict[str, Any]]:
+def heat_warnings(heats: dict[str, JointHeat]) -> list[RunWarning]:
     """Warn of temperatures that have not settled, and of balances over a motion that does not repeat."""
     found = []
-    restless = [f"{abs(heat.change):.2g} K in {name}" for name, heat in heats.items() if abs(heat.change) > _UNSETTLED]
+    restless = [
+        f"{abs(heat.change):.2g} K in {name}"
+        for name, heat in heats.items()
+        if abs(heat.change) > numerics.FILMS_UNSETTLED
+    ]
     if restless:
         what = f"the temperature of the oil still changes from run to run: {', '.join(restless)}"
         found.append(warning("film", None, what, "set oil.temperature near the present one and run again"))
@@ -112,10 +114,7 @@ def heat_warnings(heats: dict[str, JointHeat]) -> list[dict[str, Any]]:
     return found
 
 
-#: Largest eccentricity ratio of the comparison: the film of finite length is not solved beyond.
-_LARGEST = 0.999
 _ROUGH = 160, 14  # mesh with which its eccentricity is sought, before one step of Newton's method with the usual one
-_STEP = 1e-4  # of that step's slope
 _NO_MAP = np.zeros(0)
 
 
@@ -137,7 +136,7 @@ def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmE
     """
     unit = float(record.viscosity * record.length * record.radius**3 / record.clearance**2)
     ratio, size = np.hypot(*e.T) / record.clearance, np.hypot(*force.T) / unit
-    usable = (size > 0.0) & (ratio > 1e-3) & (ratio < _LARGEST)
+    usable = (size > 0.0) & (ratio > 1e-3) & (ratio < numerics.FILMS_LARGEST)
     if not usable.any():
         return None
     strongest, widest = (int(np.argmax(np.where(usable, values, -1.0))) for values in (size, ratio))
@@ -150,9 +149,9 @@ def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmE
         half_ew = 0.5 * ew * other / eps
         return math.hypot(*finite_force(other, slenderness, deps, half_ew, cells=cells)) - needed
 
-    near = bisect(lambda other: spare(other, _ROUGH), 0.0, _LARGEST, 20)
-    slope = (spare(near + _STEP, _ROUGH) - spare(near, _ROUGH)) / _STEP
-    return FilmError(excess, eps, float(np.clip(near - spare(near) / slope, 0.0, _LARGEST)))
+    near = bisect(lambda other: spare(other, _ROUGH), 0.0, numerics.FILMS_LARGEST, 20)
+    slope = (spare(near + numerics.FILMS_STEP, _ROUGH) - spare(near, _ROUGH)) / numerics.FILMS_STEP
+    return FilmError(excess, eps, float(np.clip(near - spare(near) / slope, 0.0, numerics.FILMS_LARGEST)))
 
 
 def _motion(record: Any, slenderness: float, e: Array, force: Array) -> tuple[float, float, float]:

@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +76,33 @@ class Impact:
         """Return the joint, stop, line or gear of a corner or flank."""
         return self.joint.rpartition(".")[0] or self.joint
 
+
+class Shown(NamedTuple):
+    """How people read a quantity of contacts."""
+
+    label: str
+    unit: str
+    scale: float = 1.0  # from the SI unit
+
+    @property
+    def head(self) -> str:
+        """Return the head of a column."""
+        return f"{self.label} [{self.unit}]"
+
+
+#: The quantities of a contact, in the order of their fields.
+QUANTITIES = {
+    "start": Shown("start", "s"),
+    "approach_speed": Shown("approach", "m/s"),
+    "tangential_speed": Shown("sliding", "m/s"),
+    "duration": Shown("duration", "ms", 1e3),
+    "peak_force": Shown("peak force", "N"),
+    "peak_penetration": Shown("peak penetration", "µm", 1e6),
+    "separation_speed": Shown("separation", "m/s"),
+    "peak_normal_force": Shown("peak normal force", "N"),
+}
+#: Those that a comparison of two runs shows after the start.
+COMPARED = ("approach_speed", "tangential_speed", "peak_force")
 
 #: Files of contacts, with their columns.
 FILES = {

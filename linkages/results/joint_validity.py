@@ -15,16 +15,17 @@ import numpy as np
 
 from linkages.input.files.raw_model import BearingSize
 from linkages.input.model.experiment_tables import ContactTable, JointModel
-from linkages.input.model.mechanism import Joint
 from linkages.laws import CONTACTS, FILMS
 from linkages.laws.contact.material import modulus_of
 from linkages.laws.film.map_nodes import CENTRE
 from linkages.laws.viscosity import DENSITY_15, density
 from linkages.results.films import film_error
 from linkages.results.impacts import Impact
+from linkages.results.shape import RunWarning
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import FLEXIBLE_RULES, Rules, Violation, flexible_cases
 from linkages.system import System
+from linkages.system.joints import SystemJoint
 
 #: Taylor vortices between cylinders with a rotating inner one start at rho omega R c/mu = 41.1 sqrt(R/c).
 #: Taylor, Phil. Trans. R. Soc. A 223, 1923.
@@ -53,7 +54,7 @@ class JournalCase(NamedTuple):
     `law` is its record of `linkages.laws.PARAMETERS`, `film_end` the largest eccentricity ratio covered by its film.
     """
 
-    joint: Joint
+    joint: SystemJoint
     bearing: BearingSize
     model: JointModel
     law: Any
@@ -75,11 +76,11 @@ class Touch(NamedTuple):
 RULES, DEPTH_RULES = Rules[JournalCase](), Rules[Touch]()
 
 
-def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
+def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[RunWarning]:
     """Warn of laws and flexible-link models used outside their validity in a run, one entry for each rule."""
     cases = []
     for k, ((name, _), model) in enumerate(zip(system.tree.contacts, system.models, strict=False)):
-        joint = system.mechanism.joint[name]
+        joint = system.joints[name]
         if joint.bearing is not None:
             own = [impact for impact in impacts if impact.joint == name]
             end = float(system.film_limits[k])
@@ -92,7 +93,7 @@ def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
     """Yield the clearance joints that can touch, each with its name."""
     models = {name: model for (name, _), model in zip(system.tree.contacts, system.models, strict=False)}
     for name, model in models.items():
-        joint = system.mechanism.joint[name]
+        joint = system.joints[name]
         contacts = [label for owner, label in system.tree.contacts if owner == name]
         if not model.can_touch:
             continue

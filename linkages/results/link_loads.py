@@ -15,20 +15,19 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.elements.machine import add_elements, apart, elements_of, markers_of
+from linkages.mechanics.planar.arrays import functions_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.markers import arm, turned
 from linkages.mechanics.planar.newton_euler import inertial_forces
 from linkages.mechanics.planar.reactions import add_known_contacts
 from linkages.mechanics.planar.record_types import OF_ROWS, PRISMATIC, REVOLUTE, SECTION
+from linkages.results import numerics
 from linkages.results.outputs.evaluation import make_snapshot, tabulate
 from linkages.results.outputs.quantity import Snapshot
 from linkages.results.outputs.registry import pack
 from linkages.system import System
 from linkages.system.flexible_link import FlexibleLink
-
-_NODES = 17  # of each part of a beam between neighbouring sections
-_POINTS = 3  # Gauss points between neighbouring nodes
 
 #: Coordinates, rates, accelerations (n,) and contacts (nc, WIDTH) at an instant.
 State = tuple[Array, Array, Array, Array]
@@ -105,7 +104,7 @@ def link_loads(system: System, time: float, state: State) -> dict[str, LinkLoads
     needed = _needed(seen)
     return {
         link: _of_link(system, seen, link, found[link], needed)
-        for link in system.mechanism.link
+        for link in system.links
         if link in found and link != "world"
     }
 
@@ -135,7 +134,7 @@ _Action = tuple[str, int, Array, Array, float]  # name, body, place, force, mome
 def _in_joints(system: System, seen: Snapshot) -> Iterator[_Action]:
     """Yield the force on both links of each joint."""
     for joint, record, (fx, fy, moment) in zip(
-        system.mechanism.joints, seen.model.joints, seen.forces.tolist(), strict=True
+        system.joints.values(), seen.model.joints, seen.forces.tolist(), strict=True
     ):
         force, place = np.array([fx, fy]), _place(seen, record["child"])
         parent, opposite = int(record["parent"]), place
@@ -147,7 +146,7 @@ def _in_joints(system: System, seen: Snapshot) -> Iterator[_Action]:
 
 def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
     """Yield the effort of each drive on both links of its joint."""
-    names = [joint.name for joint in system.mechanism.joints]
+    names = [joint.name for joint in system.joints.values()]
     drives = (*system.tree.driven, *system.tree.powered)
     bodies = (*seen.model.driven_bodies, *seen.model.powered_bodies)
     for name, carried, effort in zip(drives, bodies, seen.efforts.tolist(), strict=True):
@@ -158,7 +157,7 @@ def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
             force, moment = effort * np.array(turned(seen.state.pose, mount, body["ux"], body["uy"])), 0.0
         ends = int(record["child"]["body"]), int(record["parent"])
         outer, inner = reversed(ends) if record["reversed"] else ends
-        if name in system.experiment.gearboxes:
+        if name in system.wheels:
             outer, inner = int(carried), int(record["parent"])
         yield name, outer, place, force, moment
         yield name, inner, place, -force, -moment
@@ -167,23 +166,23 @@ def _of_drives(system: System, seen: Snapshot) -> Iterator[_Action]:
 def _applied(system: System, seen: Snapshot, time: float) -> Iterator[_Action]:
     """Yield the forces of applied loads, stops, points at lines, and gears."""
     model, w = seen.model, seen.state
-    values = model.signals, model.states, model.load_t, model.load_c, model.load_n
-    for k, (_, name) in enumerate(system.experiment.loads):
+    functions = functions_of(model)
+    for (_, name, _), one in zip(elements_of(system.parts), apart(model.elements), strict=True):
         wrench = np.zeros_like(w.wrench)
-        load_wrenches((model.loads[k : k + 1], *values), time, w.v, w.pose, w.vel, wrench)
-        record = model.loads[k]
-        yield from _split(seen, name, wrench, (record["a"], record["term"]["a"], record["term"]["b"]))
-    for (_, name, _), one in zip(elements_of(system.experiment.elements), apart(model.elements), strict=True):
-        wrench = np.zeros_like(w.wrench)
-        add_elements(one, w.pose, w.vel, wrench)
+        add_elements(one, functions, time, w.v, w.pose, w.vel, wrench)
         yield from _split(seen, name, wrench, markers_of(one))
+    for k, (_, name) in enumerate(system.named_loads):
+        wrench = np.zeros_like(w.wrench)
+        load_wrenches((model.loads[k : k + 1], *functions), time, w.v, w.pose, w.vel, wrench)
+        record = model.loads[k]
+        yield from _split(seen, name, wrench, (record["term"]["a"], record["term"]["b"]))
     for k in range(len(system.tree.contacts), len(system.contacts)):
         wrench, end = np.zeros_like(w.wrench), model.ends[k : k + 1]
         add_known_contacts(end, seen.contacts[k : k + 1], w.pose, wrench)
         markers = [end[0]["bearing"], end[0]["journal"], *row_markers(end[0]["row"])]
         yield from _split(seen, system.contacts[k][1], wrench, markers)
     for name, row, size in zip(
-        reversed(system.experiment.closed), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
+        reversed([*system.tree.coupled]), reversed(model.rows), w.reaction[::-1].tolist(), strict=False
     ):
         wrench = np.zeros_like(w.wrench)
         add_row_wrench(row, w.pose, size, wrench)
@@ -242,7 +241,7 @@ class _Axes(NamedTuple):
 def _axes(system: System, seen: Snapshot, link: str) -> _Axes:
     body, x, y = system.tree.named_marker(link)
     pose = seen.state.pose
-    angle = pose[body, 2] + system.mechanism.place[link].angle
+    angle = pose[body, 2] + system.places[link].angle
     c, s = np.cos(angle), np.sin(angle)
     return _Axes(pose[body, :2] + np.array(turned(pose, body, x, y)), np.array([[c, s], [-s, c]]))
 
@@ -286,8 +285,10 @@ def _part(system: System, seen: Snapshot, axes: _Axes, part: FlexibleLink, neede
     first = np.array(turned(w.pose, i, body["ex"], body["ey"]))
     basis = np.array([first, [-first[1], first[0]]])
     spots = sorted({*part.abscissas, *part.ends})
-    places = np.concatenate([np.linspace(a, b, _NODES)[(k > 0) :] for k, (a, b) in enumerate(pairwise(spots))])
-    x, weight = np.polynomial.legendre.leggauss(_POINTS)
+    places = np.concatenate(
+        [np.linspace(a, b, numerics.LINK_LOADS_NODES)[(k > 0) :] for k, (a, b) in enumerate(pairwise(spots))]
+    )
+    x, weight = np.polynomial.legendre.leggauss(numerics.LINK_LOADS_POINTS)
     half = 0.5 * np.diff(places)[:, None]
     s, share = (places[:-1, None] + half * (1.0 + x)).ravel(), np.tile(0.5 * (1.0 + x), len(half))
     mass = (part.beam.density * part.beam.area * half * weight).ravel()
@@ -327,9 +328,9 @@ def _ahead(vectors: Array) -> Array:
 
 def _lumped(values: Array, share: Array) -> Array:
     """Give values at the points between nodes to the nodes on both sides."""
-    found = np.zeros((len(values) // _POINTS + 1, values.shape[1]))
-    found[1:] += (values * share[:, None]).reshape(-1, _POINTS, values.shape[1]).sum(axis=1)
-    found[:-1] += (values * (1.0 - share)[:, None]).reshape(-1, _POINTS, values.shape[1]).sum(axis=1)
+    found = np.zeros((len(values) // numerics.LINK_LOADS_POINTS + 1, values.shape[1]))
+    found[1:] += (values * share[:, None]).reshape(-1, numerics.LINK_LOADS_POINTS, values.shape[1]).sum(axis=1)
+    found[:-1] += (values * (1.0 - share)[:, None]).reshape(-1, numerics.LINK_LOADS_POINTS, values.shape[1]).sum(axis=1)
     return found
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.input.files.raw_model import LinkBeam
 from linkages.input.files.writing import file_name, whole
+from linkages.results import numerics
 from linkages.results.link_loads import Field, LinkLoads, Load
 
 _HEADS = "case", "time [s]", "link", "load", "x [m]", "y [m]", "fx [N]", "fy [N]", "moment [N m]"
 _OF_FIELD = "weight", "inertia", "node"
-_SAME = 1e-9  # distance, in parts of the beam's length, below which two nodes are one
 
 
 class Case(NamedTuple):
@@ -73,7 +73,7 @@ def _rigid(of_link: LinkLoads, case: Case) -> str:
 def _beam(of_link: LinkLoads, beam: LinkBeam, case: Case) -> str:
     """Write a model of a flexible link: its deformed axis as beam elements, supports, one step."""
     parts = of_link.parts
-    nodes, places = _distinct(np.concatenate([part.nodes for part in parts]), _SAME * beam.length)
+    nodes, places = _distinct(np.concatenate([part.nodes for part in parts]), numerics.ROUNDED * beam.length)
     first, last = _ends(nodes)
     lies = abs(nodes[last, 0] - nodes[first, 0]) >= abs(nodes[last, 1] - nodes[first, 1])
     across, twist = (2, 4) if lies else (1, 5)

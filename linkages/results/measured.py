@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +12,10 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
 from linkages.input.files.reading import read_arrays
-from linkages.input.model.recorded_tables import DataColumn
+from linkages.input.functions.recorded_tables import DataColumn
 from linkages.results.akima import interpolated
 from linkages.results.outputs.registry import check_output, unit
+from linkages.results.shape import Comparison
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -45,29 +45,29 @@ class Measured:
         return self.values - self.computed
 
     @property
-    def content(self) -> dict[str, Any]:
-        """Return an entry of ``measured`` in ``summary.json``."""
+    def comparison(self) -> Comparison:
+        """Return an entry of ``measured`` in a summary."""
         residual = self.residual
         k = int(np.abs(residual).argmax())
-        return {
-            "column": self.column,
-            "rows": len(self.time),
-            "rms": float(np.sqrt(np.mean(residual**2))),
-            "largest": float(residual[k]),
-            "time": float(self.time[k]),
-            "peak": float(np.abs(self.values).max()),
-        }
+        return Comparison(
+            column=self.column,
+            rows=len(self.time),
+            rms=float(np.sqrt(np.mean(residual**2))),
+            largest=float(residual[k]),
+            time=float(self.time[k]),
+            peak=float(np.abs(self.values).max()),
+        )
 
 
 def check_data(system: System) -> None:
     """Check the outputs that columns of the experiment's data are mapped to; InputError for an unknown one."""
-    for data in [system.experiment.data] if system.experiment.data is not None else []:
+    for data in [system.settings.data] if system.settings.data is not None else []:
         for name, column in data.columns.items():
             try:
                 check_output(system, column.output)
             except InputError as problem:
                 raise InputError(
-                    system.experiment.source, f"data.columns.{name}.output", str(problem.problem)
+                    system.description.source, f"data.columns.{name}.output", str(problem.problem)
                 ) from None
 
 
@@ -76,14 +76,14 @@ def measured(system: System, run: Trajectory) -> dict[str, Measured]:
 
     Without ``[data.columns]`` each column of the file that is named like an output is compared.
     """
-    data, source = system.experiment.data, system.experiment.source
+    data, source = system.settings.data, system.description.source
     if data is None or data.recording is None:
         return {}
     recording = data.recording
     columns = data.columns or {
-        name: DataColumn.model_validate({"output": name})
+        name: DataColumn.model_validate({"output": recording.bare(name)})
         for name in recording.columns
-        if name in run.columns and name not in (data.time, "time")
+        if recording.bare(name) in run.columns and recording.bare(name) != "time" and name != recording.named(data.time)
     }
     if not columns:
         named = f"no column of {recording.path.name} is named like a recorded output"

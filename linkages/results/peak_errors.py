@@ -11,6 +11,8 @@ both are wrong. Therefore other maxima of the same column are compared as well.
 | they part (chaos)          | the same before they part, but at least the largest difference of the two columns     |
 |                            | while they are apart. If this exceeds `FELT` of the peak there is no error: the peak  |
 |                            | is a lower bound, since a larger one may follow in an equally accurate run            |
+| a film has a history       | instead of other maxima, which are the steps of cells that fill: the root of the mean |
+|                            | square of the difference while the column exceeds half of its peak                    |
 | everywhere                 | at least `RESOLVED` times the largest peak of its quantity, and the rounding of the   |
 |                            | column (`noise`)                                                                      |
 """
@@ -22,6 +24,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.results import numerics
 from linkages.results.extremes import Bracket, refine, vertex
 from linkages.results.outputs.registry import unit
 from linkages.results.trajectory import Trajectory
@@ -34,11 +37,6 @@ FELT = 0.1
 #: Accuracy of `linkages.results.extremes` over the largest peak of a quantity.
 RESOLVED = 1e-9
 
-_MAXIMA = 8  # number of other compared maxima of a column
-_HIGH = 0.5  # smallest height of such a maximum over the highest
-_SHIFTED = 0.05  # shift of a maximum over the shortest step around it beyond which it is compared at shifted times
-_REACH = 4.0  # farthest maximum of the run from the three samples of the tighter run, over their duration
-_COMPARED = 500  # number of times at which diverged runs are compared
 #: Rounding of an output over its natural magnitude: some thousand units in the last place.
 ROUNDING = 1e-12
 
@@ -48,20 +46,28 @@ Span = tuple[float, float]
 
 
 def errors(
-    run: Trajectory, tighter: Trajectory, peaks: Peaks, finer: Peaks, parted: Span | None, noise: Mapping[str, float]
+    run: Trajectory,
+    tighter: Trajectory,
+    peaks: Peaks,
+    finer: Peaks,
+    parted: Span | None,
+    noise: Mapping[str, float],
+    jagged: bool = False,
 ) -> dict[str, float | None]:
     """Estimate the errors of the peaks of a run or a part of it, by key, in the peak's unit; None: no estimate.
 
     `run` (with dense output) and `tighter` are over the same time; `peaks` and `finer` are their peaks, see
-    `linkages.results.characteristics.peaks_by_key`; `parted` has the times of divergence and of convergence [s], see
-    `linkages.results.divergence.apart`; `noise` has the rounding of each column.
+    `linkages.results.shape.peaks_by_key`; `parted` has the times of divergence and of convergence [s], see
+    `linkages.results.divergence.apart`; `noise` has the rounding of each column. Columns are `jagged` where a film has
+    a history: its force jumps where a cell fills, and the jumps of two meshes have other places.
     """
     start, end = (float(tighter.time[k]) for k in (0, -1))
     if parted is None or parted[0] >= end or parted[1] <= start:
         parted = None
     names = {key: key.removesuffix(".peak") for key in peaks}
     given = {key: name for key, name in names.items() if peaks[key] is not None and finer.get(key) is not None}
-    changes = _changes(run, tighter, set(given.values()), end if parted is None else parted[0])
+    compared = _jagged_changes if jagged else _changes
+    changes = compared(run, tighter, set(given.values()), end if parted is None else parted[0])
     differences = {} if parted is None else _differences(run, tighter, parted)
     scales = largest_of_quantities(peaks)
     result: dict[str, float | None] = dict.fromkeys(peaks)
@@ -87,6 +93,23 @@ def largest_of_quantities(peaks: Peaks) -> dict[str, float]:
     for key, peak in peaks.items():
         largest[quantity(key)] = max(largest.get(quantity(key), 0.0), peak or 0.0)
     return largest
+
+
+def _jagged_changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float) -> dict[str, float]:
+    """Compute the rms difference of columns, up to a time [s], while they exceed a part of their peaks."""
+    steps = np.flatnonzero(tighter.time <= until)
+    steps = steps[:: 1 + len(steps) // numerics.COMPARED]
+    result = dict.fromkeys(names, 0.0)
+    if not run.evaluate or len(steps) < 2:
+        return result
+    times = tighter.time[steps]
+    exact, weights = run.evaluate(times), np.gradient(times)
+    for name in names:
+        here, there = np.abs(exact[name]), np.abs(tighter[name][steps])
+        either = np.maximum(here, there)
+        high = either >= numerics.PEAK_ERRORS_HIGH * either.max()
+        result[name] = float(np.sqrt(np.average((here - there)[high] ** 2, weights=weights[high])))
+    return result
 
 
 def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float) -> dict[str, float]:
@@ -118,7 +141,7 @@ def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float
 def _uphill(run: Trajectory, window: Bracket) -> Bracket:
     """Bracket the maximum of the run that lies in a window or, shifted by the run's errors, close to it."""
     first, last = window.times[[0, -1]]
-    reach = _REACH * (last - first)
+    reach = numerics.PEAK_ERRORS_REACH * (last - first)
     near = slice(max(np.searchsorted(run.time, first - reach) - 1, 0), np.searchsorted(run.time, last + reach) + 1)
     times, order = np.unique(np.concatenate([window.times, run.time[near]]), return_index=True)
     values = np.concatenate([window.values, window.sign * run[window.name][near]])[order]
@@ -148,22 +171,22 @@ def _change(
 
 def _is_shifted(window: Bracket, shift: float) -> bool:
     """Check whether maxima are too far apart [s] for a comparison at equal times."""
-    return abs(shift) > _SHIFTED * float(np.diff(window.times).min(initial=np.inf))
+    return abs(shift) > numerics.PEAK_ERRORS_SHIFTED * float(np.diff(window.times).min(initial=np.inf))
 
 
 def _maxima(values: Array, times: Array, until: float) -> list[slice]:
     """Find the highest local maxima up to a time [s], ends included, each as the samples around it."""
     padded = np.concatenate([[-np.inf], values, [-np.inf]])
     found = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]) & (times <= until))
-    found = found[values[found] >= _HIGH * values[found].max(initial=0.0)]
-    highest = found[np.argsort(-values[found], kind="stable")][:_MAXIMA]
+    found = found[values[found] >= numerics.PEAK_ERRORS_HIGH * values[found].max(initial=0.0)]
+    highest = found[np.argsort(-values[found], kind="stable")][: numerics.PEAK_ERRORS_MAXIMA]
     return [slice(max(int(i) - 1, 0), min(int(i) + 2, len(values))) for i in highest]
 
 
 def _differences(run: Trajectory, tighter: Trajectory, parted: Span) -> dict[str, float]:
     """Compute the largest difference of each column between diverged runs."""
     steps = np.flatnonzero((tighter.time >= parted[0]) & (tighter.time <= parted[1]))
-    steps = steps[:: 1 + len(steps) // _COMPARED]
+    steps = steps[:: 1 + len(steps) // numerics.COMPARED]
     if not run.evaluate or not len(steps):
         return {}
     exact = run.evaluate(tighter.time[steps])
@@ -180,7 +203,7 @@ def noise(system: System, names: Iterable[str]) -> dict[str, float]:
     """
     length, rate = system.tree.extent, system.motion_rate
     acceleration = length * rate**2 + float(np.linalg.norm(system.gravity))
-    force = sum(link.mass for link in system.mechanism.links) * acceleration
+    force = system.mass * acceleration
     scales = {
         "1": 1.0, "m": length, "rad": 1.0, "m/s": length * rate, "rad/s": rate,
         "m/s2": acceleration, "rad/s2": acceleration / length,

@@ -1,70 +1,84 @@
-"""Schemas of ``summary.json`` and ``wear.json``; docs/outputs.md explains the keys."""
+"""A summary as data, which is the schema of ``summary.json`` too; docs/outputs.md explains the keys."""
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, Self
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from linkages.base.errors import Status
-from linkages.input.files.toml import Finite, NonNegative, Table, leaves
+from linkages.input.files.entry import Entry, Number
+from linkages.input.files.toml import Finite, NonNegative, leaves
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.worn import WornJoint
 
-_Number = Finite | None  # null if meaningless
-_Status = Annotated[str, Field(pattern=f"^({'|'.join(status.value for status in Status)})$")]
+StatusName = Annotated[str, Field(pattern=f"^({'|'.join(status.value for status in Status)})$")]
 
 
-class _Entry(Table):
-    """An object of the file; additional keys are ignored."""
+class Peak(Entry):
+    """Largest magnitude of a quantity, and its time [s]."""
 
-    model_config = ConfigDict(extra="ignore")
-
-
-class _Peak(_Entry):
-    peak: _Number
-    time: _Number = None
+    peak: Number
+    time: Number = None
 
 
-class _Extremes(_Peak):
-    min: _Number
-    max: _Number
+class _Bounds(Entry):
+    min: Number
+    max: Number
 
 
-class _Ratio(_Entry):
+class Range(Peak, _Bounds):
+    """Extremes of an output."""
+
+
+class Ratio(Entry):
+    """Largest eccentricity ratio."""
+
     peak: Finite
 
 
-class _Least(_Entry):
+class Least(Entry):
+    """Thinnest film [m], its time [s], and its share of the clearance."""
+
     min: Finite
     time: Finite
     share: Finite
 
 
-class _Difference(_Entry):
+class Difference(Entry):
+    """Largest difference from the ideal motion, its time [s], and its share of the ideal range or peak."""
+
     peak: Finite
     time: Finite
-    share: _Number
+    share: Number
 
 
-class _Heat(_Entry):
+class Heat(Entry):
+    """Heat balance of a joint over a part of the run; units as in docs/outputs.md."""
+
+    model: str = "lumped"
     temperature: Finite
     viscosity: Finite
     power: Finite
     flow: Finite
     by_flow: Finite
     by_conduction: Finite
+    change: Number = None
+    start: Number = Field(None, alias="from")
+    to: Number = None
 
 
-class _JointNumbers(_Entry):
+class JointNumbers(Entry):
+    """Numbers of a joint: with clearance also of its journal, film, contacts and oil."""
+
     model: str
-    force: _Peak
-    eccentricity_ratio: _Ratio | None = None
-    film_thickness: _Least | None = None
+    force: Peak
+    eccentricity_ratio: Ratio | None = None
+    film_thickness: Least | None = None
     contact_fraction: Finite | None = None
     impacts: int | None = Field(None, ge=0)
-    heat: _Heat | None = None
-    tilting_moment: _Peak | None = None
+    tilting_moment: Peak | None = None
+    heat: Heat | None = None
 
     @model_validator(mode="after")
     def _goes_together(self) -> Self:
@@ -76,41 +90,56 @@ class _JointNumbers(_Entry):
         return self
 
 
-class _Drive(_Entry):
-    torque: _Peak
+class Drive(Entry):
+    """Torque [N m] or force [N] of a drive, its work [J], and the fluctuation of a free speed."""
+
+    torque: Peak
+    work: Number
     unit: str
-    work: _Number
-    fluctuation: Finite | None = None
     acts: bool = True
+    fluctuation: Number = None
 
 
-class _Load(_Entry):
-    force: _Peak | None = None
-    torque: _Peak | None = None
-    work: _Number
+class Load(Entry):
+    """Force or torque of a load, an element, a gear, a stop or a contact, and its work [J]."""
+
+    force: Peak | None = None
+    torque: Peak | None = None
+    work: Number
     contact_fraction: Finite | None = None
     impacts: int | None = Field(None, ge=0)
 
 
-class _Placed(_Peak):
-    place: _Number
+class Placed(Peak):
+    """Peak along a flexible link, and its place [m]."""
+
+    place: Number
 
 
-class _Link(_Entry):
-    deflection: _Placed
-    bending: _Peak
-    stress: _Placed
+class Link(Entry):
+    """Peaks of a flexible link."""
+
+    deflection: Placed
+    bending: Peak
+    stress: Placed
 
 
-class _Numbers(_Entry):
-    outputs: dict[str, _Extremes]
-    joints: dict[str, _JointNumbers]
-    drives: dict[str, _Drive]
-    loads: dict[str, _Load] = Field({})
-    links: dict[str, _Link] = Field({})
-    difference: dict[str, _Difference] = Field({})
+class Numbers(Entry):
+    """Characteristic numbers of a motion or a part of it."""
 
-    def lacks(self, other: _Numbers) -> str:
+    outputs: dict[str, Range]
+    joints: dict[str, JointNumbers]
+    drives: dict[str, Drive]
+    loads: dict[str, Load] = Field({})
+    links: dict[str, Link] = Field({})
+    difference: dict[str, Difference] = Field({})
+
+    @property
+    def peaks(self) -> dict[str, float | None]:
+        """Return all peaks by key, see `peaks_by_key`."""
+        return peaks_by_key(self)
+
+    def lacks(self, other: Numbers) -> str:
         """Name an entry of the other numbers that is missing here; "" if none is."""
         for kind in ("outputs", "joints", "drives", "loads"):
             for name in getattr(other, kind):
@@ -119,15 +148,35 @@ class _Numbers(_Entry):
         return ""
 
 
-class _Ideal(_Numbers):
-    status: _Status
+def peaks_by_key(numbers: Numbers | Mapping[str, Any]) -> dict[str, float | None]:
+    """Return all peaks of a summary by key: ``slider7.ax.peak``, ``A.force.peak``."""
+    result = {f"{name}.peak": value["peak"] for name, value in numbers["outputs"].items()}
+    for kind in ("joints", "drives", "loads", "links"):
+        for name, entry in numbers.get(kind, {}).items():
+            for quantity, value in entry.items():
+                if isinstance(value, Mapping) and "peak" in value:
+                    result[f"{name}.{quantity}.peak"] = value["peak"]
+    return result
 
 
-class _Window(_Numbers):
+class _Outcome(Entry):
+    status: StatusName
+
+
+class Ideal(Numbers, _Outcome):
+    """Numbers of the ideal motion."""
+
+
+class _Span(Entry):
     start: Finite = Field(alias="from")
     to: Finite
-    ideal: _Numbers | None
-    error: dict[str, _Number]
+
+
+class Window(Numbers, _Span):
+    """Numbers of a part of the run."""
+
+    ideal: Numbers | None
+    error: dict[str, Number] = Field({})
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
@@ -136,72 +185,80 @@ class _Window(_Numbers):
         return self
 
 
-class _Cut(_Entry):
+class Cut(Entry):
+    """Joints that are cut to get a tree."""
+
     play: list[str]
     ideal: list[str]
 
 
-class _Mechanism(_Entry):
+class Machine(Entry):
+    """The linkage of a run."""
+
     name: str
     mobility: int
     driven: list[str]
     joints: dict[str, list[str]] = Field({})
     colors: dict[str, str] = Field({})
-    cut: _Cut
-    quality: _Number
+    cut: Cut
+    quality: Number
     loop_error: Finite
 
 
-class _Motion(_Entry):
+class FinalMotion(Entry):
+    """Classification of the motion at the end of the run."""
+
     kind: str | None
     why: str
-    period: _Number
+    period: Number
     periods: int | None
-    since: _Number
+    since: Number
 
 
-class _Warning(_Entry):
+class RunWarning(Entry):
+    """A doubt about numbers: its kind, its time [s], what to do, and values to try by dotted path."""
+
     kind: str
-    time: _Number
+    time: Number
     what: str
     remedy: str
-    changes: dict[str, str | float] = Field(default={})  # earlier files have none
+    changes: dict[str, str | int | Finite] = Field(default={})  # earlier files have none
 
 
 class _Ran(Experiment):
     file: str
 
 
-class _Provenance(_Entry):
+class Provenance(Entry):
+    """What ran, and where it came from."""
+
     versions: dict[str, str | None]
-    experiment: _Ran
+    experiment: Any  # the tables of the experiment, with overrides; `RecordedProvenance` checks them
     folder: str | None = None
     sources: dict[str, str]
-    run: dict[str, str | Finite]
+    run: dict[str, str | int | Finite]
     wall_time: NonNegative
 
-    @model_validator(mode="after")
-    def _is_whole(self) -> Self:
-        known = {path for path, _ in leaves(self.experiment.model_dump(exclude_unset=True))}
-        tables = {".".join(parts[:k]) for parts in (path.split(".") for path in known) for k in range(1, len(parts))}
-        if missing := self.sources.keys() - known - tables:
-            raise ValueError(f"experiment.{min(missing)} has a source and no value")
-        return self
 
+class Fit(Entry):
+    """A smooth curve through a part of a signal."""
 
-class _Fit(_Entry):
     text: str
     rows: int
     residual: Finite
     deviation: Finite
 
 
-class _Recorded(_Entry):
+class Recorded(Entry):
+    """A signal from a data file."""
+
     file: str
-    fits: list[_Fit]
+    fits: list[Fit]
 
 
-class _Measured(_Entry):
+class Comparison(Entry):
+    """A measured curve against the run, in the output's unit; times [s]."""
+
     column: str
     rows: int
     rms: Finite
@@ -210,26 +267,33 @@ class _Measured(_Entry):
     peak: Finite
 
 
-class Summary(_Numbers):
-    """The schema of ``summary.json``."""
-
+class _Run(Entry):
     engine: str
     duration: NonNegative
-    status: _Status
-    mechanism: _Mechanism
-    ideal: _Ideal | None
+    status: StatusName
+    mechanism: Machine
+
+
+class Summary(Numbers, _Run):
+    """The summary of an assessment; made by `linkages.summarize`.
+
+    Its numbers are attributes, ``summary.joints["A"].force.peak``, and entries, ``summary["joints"]["A"]``; its
+    `content` is that of ``summary.json``.
+    """
+
+    ideal: Ideal | None
     no_ideal: str | None = None
-    motion: _Motion
-    start_up: _Number = None
+    recorded: dict[str, Recorded] = Field({})
+    measured: dict[str, Comparison] = Field({})
+    motion: FinalMotion
+    start_up: Number = None
     report: str
-    error: dict[str, _Number]
-    error_until: _Number = None
-    warnings: list[_Warning]
-    windows: dict[str, _Window]
-    measured: dict[str, _Measured] = Field({})
-    recorded: dict[str, _Recorded] = Field({})
+    error: dict[str, Number]
+    error_until: Number = None
+    warnings: list[RunWarning]
+    windows: dict[str, Window]
+    provenance: Provenance
     smoothing: dict[str, dict[str, Finite]] = Field({})
-    provenance: _Provenance
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
@@ -243,46 +307,19 @@ class Summary(_Numbers):
         return self
 
 
-class _WornJoint(WornJoint):
-    volume: Finite
-    depth: Finite
-    play: Finite
-    clearance: Finite
-    load_distance: Finite
-
-
-class _WearBlock(_Entry):
-    cycles: int = Field(ge=0)
-    error: _Number
-    peaks: dict[str, Finite]
-    joints: dict[str, _WornJoint]
-
-
-class Record(_Entry):
-    """The schema of ``record.json``: what a command was asked and what it found."""
-
-    title: str
-    question: str
-    answer: list[str]
-    table: str
-    words: list[str]
-    versions: dict[str, str]
-
-
-class WearContent(_Entry):
-    """The schema of ``wear.json``."""
-
-    cycles: int = Field(ge=0)
-    status: _Status
-    title: str | None
-    experiment: str
-    joints: dict[str, _WornJoint]
-    blocks: list[_WearBlock] = Field(min_length=1)
-    simulated_cycles: int = Field(ge=0)
-    tolerance: Finite
+class _RecordedProvenance(Provenance):
+    experiment: _Ran
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
-        if missing := self.blocks[0].peaks.keys() - self.blocks[-1].peaks.keys():
-            raise ValueError(f"blocks: the last one has no peak of {min(missing)}")
+        known = {path for path, _ in leaves(self.experiment.model_dump(exclude_unset=True))}
+        tables = {".".join(parts[:k]) for parts in (path.split(".") for path in known) for k in range(1, len(parts))}
+        if missing := self.sources.keys() - known - tables:
+            raise ValueError(f"experiment.{min(missing)} has a source and no value")
         return self
+
+
+class SummaryFile(Summary):
+    """The schema of ``summary.json``: a summary whose experiment is checked."""
+
+    provenance: _RecordedProvenance

@@ -17,24 +17,18 @@ from linkages.mechanics.planar.contacts import WIDTH
 from linkages.mechanics.planar.kinematics import body_positions
 from linkages.mechanics.planar.reactions import joint_forces
 from linkages.mechanics.planar.workspace import make_workspace
+from linkages.results import numerics
 from linkages.results.akima import interpolated
 from linkages.results.characteristics import effort_of
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 from linkages.system.rigid_segments import system_of
 
-_LOOKS = 5  # number of examined positions of the motion
-_NOTHING = 1e-6  # relative threshold of a quantity in self-balanced reactions
 #: Conditioning (smallest over largest singular value of the closure rows) below which a position counts as singular:
 #: reactions are a thousand times larger than elsewhere, and rounding decides on the branch of the linkage.
 NEAR = 1e-3
 
-_MOST = 4000  # number of first samples
 _ZOOMS, _POINTS = 4, 33  # refinements, and points of each, for the smallest ratio between samples
-_TAKES_PART = 0.1  # smallest relative component of a joint in the motion with fixed drives
-_NEARBY = 1e-3  # distance of the position at which the tangent of the motion is taken [rad, or linkage lengths]
-_STEP = 1e-5  # of differences of the closure's Jacobian
-_ALONE = 1e-2  # ratio of singular values of the second-order conditions above which no other branch fulfils them
 
 #: Kinds of singular positions: a drive cannot continue; two branches cross; one branch passes, which the linkage could
 #: leave to first order, but redundant loops forbid any other one.
@@ -81,7 +75,7 @@ class Soundness:
         if not arrays.elimination.rank or len(motion.time) < 2:
             return []
         q = partial(interpolated, motion.time, np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1))
-        times = motion.time[:: 1 + len(motion.time) // _MOST]
+        times = motion.time[:: 1 + len(motion.time) // numerics.SOUNDNESS_MOST]
         quality = _qualities(arrays, q(times))
         found: list[SingularPosition] = []
         for k in _candidates(quality):
@@ -95,7 +89,7 @@ class Soundness:
                 there = q(between[best : best + 1])[0]
                 jacobian = jacobian_at(arrays.bodies, arrays.rows, there)[:, arrays.free]
                 way = np.abs(np.linalg.svd(jacobian)[2][arrays.elimination.rank - 1])
-                loose = tuple(tree.coordinates[i] for i in arrays.free[way > _TAKES_PART * way.max()])
+                loose = tuple(tree.coordinates[i] for i in arrays.free[way > numerics.SOUNDNESS_TAKES_PART * way.max()])
                 kind = _kind(arrays, q, there, motion.time, between[best])
                 found.append(SingularPosition(float(between[best]), float(ratios[best]), loose, kind))
         return found
@@ -107,20 +101,20 @@ class Soundness:
         If there are more closure rows than independent ones, some reactions balance each other without any load: the
         null space of the rows' transposed Jacobian. A quantity with a part in such reactions depends on assembly
         tolerances and on elasticity. These are columns of joints (``P.force``, ``P.fx``, ``P.fy``, ``P.moment``),
-        drives and gears (``mesh.torque``, ``mesh.power``).
+        drives and couplings (``mesh.torque``, ``mesh.power``).
         """
         arrays, motion = self.arrays, self.motion
         if arrays.elimination.rank == len(arrays.rows):
             return ()
         q = np.stack([motion[f"q.{name}"] for name in self.system.tree.coordinates], axis=1)
         found: dict[str, bool] = {}
-        for line in q[np.linspace(0, len(q) - 1, _LOOKS).astype(int)]:
+        for line in q[np.linspace(0, len(q) - 1, numerics.SOUNDNESS_LOOKS).astype(int)]:
             jacobian = jacobian_at(arrays.bodies, arrays.rows, line)[:, arrays.free]
             for reaction in np.linalg.svd(jacobian)[0].T[
                 arrays.elimination.rank :
             ]:  # self-balanced: loads no free coordinate
                 sizes = _sizes(self.system, arrays, line, reaction)
-                least = _NOTHING * max(sizes.values())
+                least = numerics.SOUNDNESS_NOTHING * max(sizes.values())
                 found |= {column: found.get(column, False) or size > least for column, size in sizes.items()}
         return tuple(column for column, takes_part in found.items() if takes_part)
 
@@ -134,7 +128,7 @@ class Soundness:
         if not kinds:
             return frozenset(self.indeterminate)
         bounded = frozenset.intersection(*(frozenset(BOUNDED[kind]) for kind in kinds))
-        drives = self.system.experiment.drives if kinds == {ONE_BRANCH} else ()
+        drives = self.system.drives if kinds == {ONE_BRANCH} else ()
         along = {f"{name}.{quantity}" for name in drives for quantity in ("torque", "power")}
         unbounded = {name for name in names if not name.startswith("q.") and name.rpartition(".")[2] not in bounded}
         return frozenset((unbounded - along).union(self.indeterminate))
@@ -142,21 +136,22 @@ class Soundness:
 
 def _sizes(system: System, arrays: Arrays, q: Array, reaction: Array) -> Mapping[str, float]:
     """Compute each column's magnitude under reactions alone [N]; moments over the linkage's length."""
-    mechanism, gears = system.mechanism, system.experiment.closed
+    coupled = system.tree.coupled
+    tables = {name: table for table, name in system.acting}
     work = make_workspace(len(arrays.bodies.records), len(q), len(arrays.rows), arrays.bodies.shapes.shape[2])
     body_positions(arrays.bodies, q, work.pose)
     work.reaction[:] = reaction
     forces, efforts = np.zeros((len(arrays.joints), 3)), np.zeros(len(arrays.driven) + len(arrays.powered))
     joint_forces(arrays, work, np.zeros((len(arrays.ends), WIDTH)), forces, efforts)
     sizes: dict[str, float] = {}
-    for joint, (fx, fy, moment) in zip(mechanism.joints, np.abs(forces).tolist(), strict=True):
+    for joint, (fx, fy, moment) in zip(system.joints, np.abs(forces).tolist(), strict=True):
         each = {"fx": fx, "fy": fy, "force": math.hypot(fx, fy), "moment": moment / arrays.size}
-        sizes |= {f"{joint.name}.{quantity}": size for quantity, size in each.items()}
+        sizes |= {f"{joint}.{quantity}": size for quantity, size in each.items()}
     for name, effort in zip(system.tree.driven, np.abs(efforts).tolist(), strict=False):
-        size = effort / arrays.size if mechanism.joint[name].type == "revolute" else effort
+        size = effort / arrays.size if system.joints[name].type == "revolute" else effort
         sizes |= {f"{name}.torque": size, f"{name}.power": size}
-    for name, effort in zip(gears, np.abs(reaction[len(reaction) - len(gears) :]).tolist(), strict=True):
-        quantity = effort_of(system, "gears", name)
+    for name, effort in zip(coupled, np.abs(reaction[len(reaction) - len(coupled) :]).tolist(), strict=True):
+        quantity = effort_of(system, tables[name], name)
         size = effort / arrays.size if quantity == "torque" else effort
         sizes |= {f"{name}.{quantity}": size, f"{name}.power": size}
     return sizes
@@ -196,13 +191,16 @@ def _kind(arrays: Arrays, q: Callable[[Array], Array], there: Array, times: Arra
         return DEAD_POINT
 
     def slope(way: Array) -> Array:
-        ends = (jacobian_at(arrays.bodies, arrays.rows, there + step * way) for step in (_STEP, -_STEP))
-        return np.subtract(*ends) / (2.0 * _STEP)
+        ends = (
+            jacobian_at(arrays.bodies, arrays.rows, there + step * way)
+            for step in (numerics.SOUNDNESS_STEP, -numerics.SOUNDNESS_STEP)
+        )
+        return np.subtract(*ends) / (2.0 * numerics.SOUNDNESS_STEP)
 
     (w,) = further
     conditions = np.array([*(2.0 * slope(t) @ w for t in tangent), slope(w) @ w])
     first, *others = np.linalg.svd(conditions @ reactions.T, compute_uv=False)
-    return ONE_BRANCH if max(others, default=0.0) > _ALONE * first else CHANGE_POINT
+    return ONE_BRANCH if max(others, default=0.0) > numerics.SOUNDNESS_ALONE * first else CHANGE_POINT
 
 
 def _regular(q: Callable[[Array], Array], there: Array, times: Array, time: float) -> Array:
@@ -211,7 +209,7 @@ def _regular(q: Callable[[Array], Array], there: Array, times: Array, time: floa
     whole = max(ends, key=abs)
     for part in np.geomspace(1e-6, 1.0, 61):
         found = q(np.array([time + part * whole]))[0]
-        if np.abs(found - there).max() > _NEARBY:
+        if np.abs(found - there).max() > numerics.SOUNDNESS_NEARBY:
             return found
     return there
 

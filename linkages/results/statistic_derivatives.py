@@ -15,18 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
+from linkages.results import numerics
 from linkages.results.extremes import Extremes, averages, extremes, integral
 from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Trajectory
 
-_POINTS = 3  # of Gauss's quadrature within a step; one more gives its error
 _SHARES_OF_STEP = 0.5, 0.1, 0.01  # distances of the values whose differences give the time of an extreme
-_VISIBLE = 1e-6  # bend over a distance in parts of the values; forces of contacts are rounded to 1e-11 of themselves
 _SLOPE, _BEND = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0, np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12.0
-_BESIDE = 1e-3  # distance from an extreme at which it is tested for a kink, in parts of the local step
 _SIDES = np.array([-2.0, -1.0, 1.0, 2.0])  # times at which both sides of a kink are differentiated, in the same unit
 _CLOSE, _LEAST = 1e-4, 1e-9  # distance from an extreme at which it is tested for a jump: in steps, and in windows
-_STEEP = 0.05  # slope there over the range of the output in a step, and difference of both sides over the range
 #: Peak: largest magnitude; range: maximum less minimum; fluctuation: range over the magnitude of the mean.
 _EXTREMES = ("minimum", "maximum", "peak", "range", "fluctuation")
 
@@ -119,7 +116,9 @@ def _rates(run: Trajectory, places: Sequence[_Place]) -> dict[_Place, Array]:
     times, _, _, longest = _surroundings(run, places)
     weights = kink_weights(run, places)
     smooth = np.isnan(weights[:, 0])
-    asked = times[:, None] + _BESIDE * longest[:, None] * np.where(smooth[:, None], 0.0, _SIDES)
+    asked = times[:, None] + numerics.STATISTIC_DERIVATIVES_BESIDE * longest[:, None] * np.where(
+        smooth[:, None], 0.0, _SIDES
+    )
     asked[smooth] = _stationary(run, places)[smooth, None]
     weights[smooth] = [1.0, 0.0, 0.0, 0.0]
     slopes = list(run.sensitivity.evaluate(asked.ravel()).values())
@@ -138,15 +137,20 @@ def kink_weights(run: Trajectory, places: Sequence[_Place]) -> Array:
     """
     assert run.evaluate is not None
     times, _, _, longest = _surroundings(run, places)
-    asked = times + _BESIDE * longest * np.concatenate([_SIDES, 10.0 * _SIDES])[:, None]
+    asked = times + numerics.STATISTIC_DERIVATIVES_BESIDE * longest * np.concatenate([_SIDES, 10.0 * _SIDES])[:, None]
     columns = run.evaluate(asked.ravel())
     values = np.array([columns[name].reshape(asked.shape)[:, k] for k, ((name, _, _), _) in enumerate(places)])
     before, after, far_before, far_after = (values[:, 1::2] - values[:, ::2]).T / [[1.0], [1.0], [10.0], [10.0]]
-    bend, far = after - before, far_after - far_before  # changes over `_BESIDE`, as all slopes here
-    kink = (before * after < 0.0) & (np.abs(bend) > _VISIBLE * np.abs(values).max(axis=1))
+    bend, far = (
+        after - before,
+        far_after - far_before,
+    )  # changes over `numerics.STATISTIC_DERIVATIVES_BESIDE`, as all slopes here
+    kink = (before * after < 0.0) & (np.abs(bend) > numerics.STATISTIC_DERIVATIVES_VISIBLE * np.abs(values).max(axis=1))
     kink &= np.abs(bend) > 0.5 * np.abs(far)
     with np.errstate(divide="ignore", invalid="ignore"):
-        cross = (values[:, 1] + before - values[:, 2] + after) / bend  # of both lines, in parts of `_BESIDE`
+        cross = (
+            values[:, 1] + before - values[:, 2] + after
+        ) / bend  # of both lines, in parts of `numerics.STATISTIC_DERIVATIVES_BESIDE`
         before, after = before + (before - far_before) / 9.0, after + (after - far_after) / 9.0  # at the kink
         left, right = after / (after - before), before / (before - after)
     kink &= np.abs(cross) <= 1.0
@@ -168,8 +172,11 @@ def at_jumps(run: Trajectory, places: Sequence[_Place]) -> NDArray[np.bool_]:
     columns = run.evaluate(asked.ravel())
     values = np.array([columns[name].reshape(asked.shape)[:, j] for j, ((name, _, _), _) in enumerate(places)])
     ranges = np.array([np.ptp(run[name]) or 1.0 for (name, _, _), _ in places])
-    apart = np.abs(values[:, 2] - values[:, 1]) > _STEEP * ranges
-    steep = np.abs(values[:, 1::2] - values[:, ::2]).max(axis=1) > _STEEP * ranges * near / steps
+    apart = np.abs(values[:, 2] - values[:, 1]) > numerics.STATISTIC_DERIVATIVES_STEEP * ranges
+    steep = (
+        np.abs(values[:, 1::2] - values[:, ::2]).max(axis=1)
+        > numerics.STATISTIC_DERIVATIVES_STEEP * ranges * near / steps
+    )
     fixed = (times <= first) | (times >= last) | np.isclose(times[:, None], run.jumps, rtol=1e-9, atol=0.0).any(axis=1)
     return np.asarray((apart | steep & np.isnan(kink_weights(run, places)[:, 0])) & ~fixed)
 
@@ -197,7 +204,7 @@ def _stationary(run: Trajectory, places: Sequence[_Place]) -> Array:
         columns = run.evaluate(asked.ravel())
         values = np.array([columns[name].reshape(asked.shape)[:, k] for k, ((name, _, _), _) in enumerate(places)])
         slope, bend = values @ _SLOPE, values @ _BEND
-        visible = np.abs(bend) > _VISIBLE * np.abs(values).max(axis=1)
+        visible = np.abs(bend) > numerics.STATISTIC_DERIVATIVES_VISIBLE * np.abs(values).max(axis=1)
         shift = -slope / np.where(visible, bend, np.inf)
         times = np.clip(times + np.clip(shift, -1.0, 1.0) * h, first, last)
     return times
@@ -240,11 +247,11 @@ class _Part:
 
     @cached_property
     def _gauss(self) -> _Rule:
-        return self._quadrature(_POINTS)
+        return self._quadrature(numerics.STATISTIC_DERIVATIVES_POINTS)
 
     @cached_property
     def _finer(self) -> _Rule:
-        return self._quadrature(_POINTS + 1)
+        return self._quadrature(numerics.STATISTIC_DERIVATIVES_POINTS + 1)
 
     def _quadrature(self, points: int) -> _Rule:
         """Gauss's quadrature with a number of points within each step.

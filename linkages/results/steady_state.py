@@ -22,16 +22,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
 from linkages.base.arguments import validated
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
-from linkages.input.model.functions import TIME, inputs_of
+from linkages.input.functions.definitions import TIME, inputs_of
+from linkages.results import numerics
 from linkages.results.akima import interpolated
 from linkages.results.divergence import configuration
+from linkages.results.shape import FinalMotion
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
@@ -39,18 +40,11 @@ SAME = 0.01  # tolerance of equal states [clearances, or rad]
 MOST = 4  # most drive periods in one period of the motion
 ENOUGH = 16  # fewest periods for the classification of a motion that does not repeat
 GROWTH = 0.2  # growth per period of the logarithm of neighbours' distance
-_PHASES = 48  # compared states per period; a multiple of 4
-_SHRINKS = 0.5  # ratio of later to earlier distances or changes that indicates a transient
 _SHORT = "the run is shorter than a period"
 _SETTLES = "the changes from period to period still decrease"
-_TURNS = 12  # most revolutions of one drive in a common period
-_COMMENSURATE = 1e-9  # relative error of two frequencies' ratio as a fraction
-_LOOKS = 2001  # number of times at which a drive's table or formula is sampled
 #: Units of states in messages: journals alone, and all coordinates.
 _CLEARANCES = "of the clearance"
 _MIXED = "(eccentricities in clearances, positions over the linkage's size, angles in rad)"
-_ROUNDS = 8  # iterations that refine a period
-_REPEATED = 1e-6  # tolerance of a repeated motion over its range
 
 
 @dataclass(frozen=True)
@@ -81,9 +75,9 @@ class Motion:
     end: float = 0.0
 
     @property
-    def content(self) -> dict[str, Any]:
-        """Return the entry ``motion`` of ``summary.json``."""
-        return {key: getattr(self, key) for key in ("kind", "why", "period", "periods", "since")}
+    def summary(self) -> FinalMotion:
+        """Return the entry ``motion`` of a summary."""
+        return FinalMotion(kind=self.kind, why=self.why, period=self.period, periods=self.periods, since=self.since)
 
     @property
     def cycle(self) -> tuple[float, float] | None:
@@ -101,16 +95,14 @@ def common_period(system: System) -> float | None:
     constant speed, a linkage without a prescribed drive that moves, and drive frequencies without a ratio of small
     integers have no common period.
     """
-    experiment = system.experiment
-    changing = [load for table, name in experiment.loads if (load := getattr(experiment, table)[name])]
-    own = [name for one in experiment.quantities.values() for name in inputs_of(one.definition, experiment.quantities)]
-    if TIME in own or any(getattr(load, "over_time", False) for load in changing):
+    own = [name for one in system.quantities.values() for name in inputs_of(one.definition, system.quantities)]
+    if TIME in own or TIME in system.functions_read:
         return None
     frequencies = []
-    for name, drive in experiment.drives.items():
+    for name, drive in system.drives.items():
         if not drive.varies and not (drive.prescribed and drive.speed):
             continue
-        period = drive_period(system, name, experiment.duration) if drive.prescribed else None
+        period = drive_period(system, name, system.settings.duration) if drive.prescribed else None
         if period is None:
             return None
         frequencies.append(1.0 / period)
@@ -118,11 +110,11 @@ def common_period(system: System) -> float | None:
         return None
     whole = 1
     for frequency in frequencies[1:]:
-        ratio = Fraction(frequency / frequencies[0]).limit_denominator(_TURNS)
-        if not ratio or abs(float(ratio) - frequency / frequencies[0]) > _COMMENSURATE * frequency / frequencies[0]:
+        ratio = Fraction(frequency / frequencies[0]).limit_denominator(numerics.STEADY_STATE_TURNS)
+        if not ratio or abs(float(ratio) - frequency / frequencies[0]) > numerics.ROUNDED * frequency / frequencies[0]:
             return None
         whole = int(np.lcm(whole, ratio.denominator))
-    return whole / frequencies[0] if whole <= _TURNS else None
+    return whole / frequencies[0] if whole <= numerics.STEADY_STATE_TURNS else None
 
 
 def drive_period(system: System, name: str, end: float) -> float | None:
@@ -130,10 +122,10 @@ def drive_period(system: System, name: str, end: float) -> float | None:
 
     The motion of a table, a formula or a prismatic joint is examined up to `end` [s].
     """
-    drive = system.experiment.drives[name]
+    drive = system.drives[name]
     if (period := next((fit.period for fit in drive.fitted), None)) is not None:
         return period
-    if drive.varies or system.mechanism.joint[name].type != "revolute":
+    if drive.varies or system.joints[name].type != "revolute":
         k = system.tree.driven.index(name)
         return repeats(lambda times: np.stack(system.motions(times), axis=-1)[:, k], end)
     return 2.0 * np.pi / abs(drive.speed) if drive.speed else None
@@ -144,25 +136,25 @@ def repeats(history: Callable[[Array], Array], end: float) -> float | None:
 
     `history` gives coordinate, rate and acceleration (nt, 3) at times (nt,), from 0 to `end` [s].
     """
-    times = np.linspace(0.0, end, _LOOKS)
+    times = np.linspace(0.0, end, numerics.STEADY_STATE_LOOKS)
     values = history(times)[:, :2]
     scale = np.ptp(values, axis=0)
     if not scale.all():
         return None
-    half = _LOOKS // 2
+    half = numerics.STEADY_STATE_LOOKS // 2
     quickest = times[half + int(np.abs(values[half:, 1]).argmax())]  # the motion may be at rest at its end
     before = times[: half + 2]  # candidate periods, and one more
     here, *_ = found = history(quickest - before)
     far = np.linalg.norm((found - here)[:, :2] / scale, axis=1)
     for guess in before[1:-1][(far[1:-1] <= far[:-2]) & (far[1:-1] < far[2:])]:
         period = guess
-        for _ in range(_ROUNDS):  # Gauss-Newton iterations
+        for _ in range(numerics.STEADY_STATE_ROUNDS):  # Gauss-Newton iterations
             now = history(np.array([quickest - period]))[0]
             left, slope = (now - here)[:2] / scale, -now[1:] / scale
             period = float(np.clip(period - left @ slope / (slope @ slope or 1.0), guess - times[1], guess + times[1]))
-        last = np.linspace(end - period, end, _LOOKS)
-        if period <= 0.5 * end * (1.0 + _COMMENSURATE) and np.all(
-            np.abs(history(last - period) - history(last))[:, :2] <= _REPEATED * scale
+        last = np.linspace(end - period, end, numerics.STEADY_STATE_LOOKS)
+        if period <= 0.5 * end * (1.0 + numerics.ROUNDED) and np.all(
+            np.abs(history(last - period) - history(last))[:, :2] <= numerics.STEADY_STATE_REPEATED * scale
         ):
             return period
     return None
@@ -192,9 +184,9 @@ def motion_of(system: System, run: Trajectory) -> Motion:
         return Motion(None, "the drives have no common period", end=end)
     if run.status is not Status.OK:
         return Motion("not settled", "the run ended early", period, end=end)
-    start = max(float(run.time[0]), *(drive.ramp for drive in system.experiment.drives.values()))
-    count = int(max(end - start, 0.0) / period * _PHASES * (1.0 + 1e-12))  # zero if the ramp is longer than the run
-    times = end - period / _PHASES * np.arange(count + 1)
+    start, each = max(float(run.time[0]), system.ramp), period / numerics.STEADY_STATE_PHASES
+    count = int(max(end - start, 0.0) / each * (1.0 + 1e-12))  # zero if the ramp is longer than the run
+    times = end - each * np.arange(count + 1)
     states = interpolated(run.time, configuration(system, run.columns), np.maximum(times, run.time[0]))
     kind, periods, reached, why = classify(states, scale=_CLEARANCES if system.determinate else _MIXED)
     since = None if reached is None else float(max(times[reached], start))
@@ -202,17 +194,17 @@ def motion_of(system: System, run: Trajectory) -> Motion:
 
 
 def classify(states: Array, scale: str = "") -> tuple[str, int, int | None, str]:
-    """Classify a series of dimensionless states (nt, m), ordered backwards from the end, with `_PHASES` per period.
+    """Classify a series of dimensionless states (nt, m), ordered backwards from the end.
 
-    Returns the kind, the period in drive periods (0 if not periodic), the first line of the periodic motion, and the
-    reason, in which `scale` is the unit of the states.
+    There are `numerics.STEADY_STATE_PHASES` of them per period. Returns the kind, the period in drive periods (0 if not
+    periodic), the first line of the periodic motion, and the reason, in which `scale` is the unit of the states.
     """
     last = len(states) - 1
     if not states.shape[1]:  # the drives determine the motion
-        found = last >= _PHASES
+        found = last >= numerics.STEADY_STATE_PHASES
         return ("periodic", 1, last, "") if found else ("not settled", 0, None, _SHORT)
     for n in range(1, MOST + 1):
-        shift = n * _PHASES
+        shift = n * numerics.STEADY_STATE_PHASES
         window = min(max(shift // 2, (last - shift) // 2), 3 * shift)
         if last < shift + window:
             break
@@ -228,20 +220,23 @@ def classify(states: Array, scale: str = "") -> tuple[str, int, int | None, str]
             return "periodic", n, first + shift, ""
         if n == 1 and recent <= SAME:
             return "not settled", 0, None, _SETTLES
-    count = (last + 1) // _PHASES
-    if last < _PHASES:
+    count = (last + 1) // numerics.STEADY_STATE_PHASES
+    if last < numerics.STEADY_STATE_PHASES:
         return "not settled", 0, None, _SHORT
     if count < ENOUGH:
-        lasts = f"{last / _PHASES:.3g}"
+        lasts = f"{last / numerics.STEADY_STATE_PHASES:.3g}"
         why = f"it does not repeat within {lasts} period{'' if lasts == '1' else 's'}"
-        if last > _PHASES:
-            apart = np.abs(states[: min(_PHASES, last - _PHASES) + 1] - states[_PHASES : 2 * _PHASES + 1]).max()
+        if last > numerics.STEADY_STATE_PHASES:
+            apart = np.abs(
+                states[: min(numerics.STEADY_STATE_PHASES, last - numerics.STEADY_STATE_PHASES) + 1]
+                - states[numerics.STEADY_STATE_PHASES : 2 * numerics.STEADY_STATE_PHASES + 1]
+            ).max()
             why += f"; the states of the last two periods differ by {apart:.2g}{scale and f' {scale}'}"
         return "not settled", 0, None, why
     growth, steps = _neighbours(states, count)
     if growth > GROWTH:
         return "chaotic", 0, None, f"close states diverge by a factor of {np.exp(growth):.2g} in a period"
-    if growth * count < np.log(_SHRINKS) or steps < _SHRINKS:
+    if growth * count < np.log(numerics.STEADY_STATE_SHRINKS) or steps < numerics.STEADY_STATE_SHRINKS:
         return "not settled", 0, None, _SETTLES
     return "quasi-periodic", 0, None, "it does not repeat, and close states stay close"
 
@@ -255,8 +250,13 @@ def _rest(recent: Array, before: Array) -> float:
 
 def _neighbours(states: Array, count: int) -> tuple[float, float]:
     """Compute the growth of the logarithmic distance of neighbours per period; ratio of later to earlier changes."""
-    part = _PHASES // 4  # positions over a time, instead of rates
-    blocks = np.array([states[k * _PHASES : k * _PHASES + part].ravel() for k in range(count)])
+    part = numerics.STEADY_STATE_PHASES // 4  # positions over a time, instead of rates
+    blocks = np.array(
+        [
+            states[k * numerics.STEADY_STATE_PHASES : k * numerics.STEADY_STATE_PHASES + part].ravel()
+            for k in range(count)
+        ]
+    )
     apart = np.abs(blocks[:, None] - blocks).max(axis=2)
     steps = np.diagonal(apart, 1)
     half = len(steps) // 2

@@ -19,6 +19,7 @@ from linkages.input.files import table_formats
 from linkages.input.files.reading import read_arrays
 from linkages.input.files.writing import whole
 from linkages.mechanics.planar.closure import LOOSE, loop_errors
+from linkages.results import numerics
 from linkages.results.derivatives import NONE, Derivatives
 from linkages.results.outputs.columns import Columns
 from linkages.system.tree import Tree
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-
-_AT_ONCE = 2000  # most times of one evaluation
 
 #: Function called with the simulated time [s] at intervals.
 TimeReport = Callable[[float], None]
@@ -279,8 +278,8 @@ def values_at(trajectory: Trajectory, times: Array) -> Columns:
 def _in_parts(evaluate: Evaluate, times: Array) -> Columns:
     """Evaluate a run at many times with little more memory than the columns take."""
     columns: Columns = {}
-    for first in range(0, len(times), _AT_ONCE):
-        part = evaluate(times[first : first + _AT_ONCE])
+    for first in range(0, len(times), numerics.TRAJECTORY_AT_ONCE):
+        part = evaluate(times[first : first + numerics.TRAJECTORY_AT_ONCE])
         if not columns:  # rows of one array, whose memory is free at once when nothing needs them; zeros need none
             ordered = sorted(part, key=lambda name: not part[name].any())
             rows = dict(zip(ordered, np.zeros((len(part), len(times))), strict=True)) | {"time": times}
@@ -302,5 +301,8 @@ class Loops(NamedTuple):
         if not len(self.rows):
             return np.zeros(len(columns["time"]))
         q, last = [columns[f"q.{name}"] for name in self.tree.coordinates], len(columns["time"])
-        parts = (np.stack([x[first : first + _AT_ONCE] for x in q], axis=1) for first in range(0, last, _AT_ONCE))
+        parts = (
+            np.stack([x[first : first + numerics.TRAJECTORY_AT_ONCE] for x in q], axis=1)
+            for first in range(0, last, numerics.TRAJECTORY_AT_ONCE)
+        )
         return np.concatenate([loop_errors(self.tree.bodies, self.rows, part) for part in parts])

@@ -9,8 +9,10 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from linkages.mechanics.planar.record_types import SECTION
+from linkages.results import numerics
 from linkages.results.impacts import Impact
 from linkages.results.link_loads import row_markers
+from linkages.results.shape import RunWarning
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 from linkages.system.flexible_link import FlexibleLink
@@ -18,11 +20,9 @@ from linkages.system.flexible_link import FlexibleLink
 Case = TypeVar("Case")
 
 
-def warning(
-    kind: str, time: float | None, what: str, remedy: str, changes: dict[str, Any] | None = None
-) -> dict[str, Any]:
+def warning(kind: str, time: float | None, what: str, remedy: str, changes: dict[str, Any] | None = None) -> RunWarning:
     """Make an entry of ``warnings`` in ``summary.json``; docs/outputs.md explains the kinds."""
-    return {"kind": kind, "time": time, "what": what, "remedy": remedy, "changes": changes or {}}
+    return RunWarning(kind=kind, time=time, what=what, remedy=remedy, changes=changes or {})
 
 
 class Violation(NamedTuple):
@@ -56,7 +56,7 @@ class Rules(Generic[Case]):
 
         return add
 
-    def broken(self, cases: Sequence[tuple[str, Case]]) -> list[dict[str, Any]]:
+    def broken(self, cases: Sequence[tuple[str, Case]]) -> list[RunWarning]:
         """Return a warning for each rule violated by the named cases."""
         result = []
         for kind, what, remedy, heed, find in self._rules:
@@ -84,8 +84,6 @@ AXIAL = 4
 #: Smallest ratio of the highest kept bending frequency to the excitation frequency [1].
 ABOVE = 10.0
 
-_SAMPLES = 101  # number of samples along the beam
-
 
 class FlexibleCase(NamedTuple):
     """A flexible link in one run, with the impacts of the contacts on it."""
@@ -103,7 +101,7 @@ FLEXIBLE_RULES = Rules[FlexibleCase]()
 def flexible_cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[tuple[str, FlexibleCase]]:
     """Yield the flexible links with the data of the rules; none for runs with other link models."""
     carried = _carriers(system)
-    drives = [name for name in system.tree.driven if system.mechanism.joint[name].type == "revolute"]
+    drives = [name for name in system.tree.driven if system.joints[name].type == "revolute"]
     return [
         (name, FlexibleCase(name, substructures, run, [hit for hit in impacts if name in carried[hit.joint]], drives))
         for name, substructures in system.tree.flexible.items()
@@ -133,7 +131,7 @@ def _slope(case: FlexibleCase) -> Violation | None:
     largest = np.zeros(len(case.run.time))
     for part in case.substructures:
         eta = np.array([case.run[f"q.{name}"] for name in part.coordinates])
-        slopes = part.modes.shapes(np.linspace(*part.ends, _SAMPLES), 1)[1] @ eta
+        slopes = part.modes.shapes(np.linspace(*part.ends, numerics.VALIDITY_SAMPLES), 1)[1] @ eta
         largest = np.maximum(largest, np.max(np.abs(slopes), axis=0))
     worst = int(np.argmax(largest))
     value = float(largest[worst])

@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from linkages.base.errors import Status
+from linkages.base.errors import Status, listed_briefly
+from linkages.elements.machine import all_elements_of
+from linkages.results import numerics
 from linkages.results.assessment import Assessment
 from linkages.results.films import heat_warnings
 from linkages.results.impacts import Impact
 from linkages.results.joint_validity import outside
 from linkages.results.peak_errors import Peaks, largest_of_quantities, quantity
+from linkages.results.shape import RunWarning
 from linkages.results.soundness import BOUNDED, CHANGE_POINT, DEAD_POINT, ONE_BRANCH, SingularPosition, Soundness
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import warning
 from linkages.system import System
-from linkages.system.assembly import locking_gears
-from linkages.system.rigid_segments import system_of
+from linkages.system.rigid_segments import has_segments
 
 ROUGH = 0.1  # error over a peak that gives a warning
-_NOTHING = 1e-6  # relative to the largest peak of its kind: a smaller peak is rounding, and its change is meaningless
-_NAMED = 4  # most peaks, joints or times in a sentence
 
 _CONTINUATION = {
     DEAD_POINT: "no other branch starts there, but the drives cannot continue: velocities, accelerations, forces and "
@@ -32,40 +32,41 @@ _CONTINUATION = {
 }
 
 
-def warnings(assessment: Assessment, peaks: Peaks, error: Peaks) -> list[dict[str, Any]]:
+def warnings(assessment: Assessment, peaks: Peaks, error: Peaks) -> list[RunWarning]:
     """List the warnings of an assessment with these peaks and errors, both by the peaks' keys."""
     system, run, tighter = assessment.system, assessment.run, assessment.tighter
     sound, ideal = assessment.sound, assessment.ideal_sound
     estimated = tighter is not None and tighter.status is Status.OK
     unknown = [key for key in error if estimated and error[key] is None and peaks[key] is not None]
+    segmented = has_segments(system, run.columns)
+    finer, model = refinements(system, segmented), [*_unstretched(system, segmented), *_of_elements(system)]
     return [
         *_singular(sound.singular, () if ideal is None else ideal.singular),
         *_undetermined(sound.indeterminate, () if ideal is None else ideal.indeterminate),
-        *rough(tighter, peaks, error, assessment.noise, refinements(system, run)),
-        *_chaotic(assessment.apart, unknown, refinements(system, run)),
+        *rough(tighter, peaks, error, assessment.noise, finer),
+        *_chaotic(assessment.apart, unknown, finer),
         *outside(system, run, assessment.contacts),
-        *_unstretched(system, run),
-        *_geared(system),
+        *model,
         *heat_warnings(assessment.heat),
     ]
 
 
-def warnings_of_run(system: System, sound: Soundness, contacts: Sequence[Impact]) -> list[dict[str, Any]]:
+def warnings_of_run(system: System, sound: Soundness, contacts: Sequence[Impact]) -> list[RunWarning]:
     """List the warnings of one run: singular positions, indeterminate forces, laws outside their validity."""
     own = (*_singular(sound.singular, ()), *_undetermined(sound.indeterminate, ()))
     return [*own, *outside(system, sound.motion, contacts)]
 
 
-def _singular(run: Sequence[SingularPosition], ideal: Sequence[SingularPosition]) -> list[dict[str, Any]]:
+def _singular(run: Sequence[SingularPosition], ideal: Sequence[SingularPosition]) -> list[RunWarning]:
     """Warn of singular positions on or near a run and its ideal motion, in one entry."""
     found = run or ideal
     if not found:
         return []
     which = "the run" if not ideal else "the run, like the ideal linkage," if run else "the ideal linkage"
     worst = min(found, key=lambda position: ([*BOUNDED].index(position.kind), position.quality))
-    times = _listed([f"{position.time:.6g} s" for position in found])
+    times, loose = listed_briefly([f"{position.time:.6g} s" for position in found]), listed_briefly(worst.joints)
     what = (
-        f"{which} passes or nears singular positions at {times}: there {_listed(worst.joints)} can move although the "
+        f"{which} passes or nears singular positions at {times}: there {loose} can move although the "
         f"drives do not (ratio of singular values down to {worst.quality:.1g}); {_CONTINUATION[worst.kind]}"
     )
     remedy = "change the lengths or the range of the drives, or drive another joint"
@@ -74,7 +75,7 @@ def _singular(run: Sequence[SingularPosition], ideal: Sequence[SingularPosition]
     return [warning("singular", found[0].time, what, remedy)]
 
 
-def _undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, Any]]:
+def _undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[RunWarning]:
     """Warn of columns that are statically indeterminate in a run, or in the linkage with ideal joints."""
     found = [column for column in run or ideal if column.rpartition(".")[2] in ("force", "torque")]
     if not found:
@@ -88,23 +89,24 @@ def _undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, An
     return [warning("indeterminate", None, what, remedy)]
 
 
-def refinements(system: System, run: Trajectory) -> tuple[str, ...]:
+def refinements(system: System, segmented: bool) -> tuple[str, ...]:
     """Name the settings beside solver.accuracy that reduce the errors of a run, most effective ones first."""
-    experiment, found = system.experiment, list[str]()
+    found = list[str]()
     for name in system.film_steps:
-        history = experiment.joints[name].history
+        history = system.joints[name].history
         if history is None or (history.step is not None and history.accuracy is None):
             found.append(f"shorten joints.{name}.history.step, or leave it out: the run then chooses the film step")
         else:
             found.append(f"reduce joints.{name}.history.accuracy")
-    if system_of(system, run.columns) is not system:
-        found += [f"increase links.{name}.segments" for name in experiment.flexible]
+        found.append(f"increase joints.{name}.history.cells")
+    if segmented:
+        found += [f"increase links.{name}.segments" for name in system.flexible]
     return tuple(found)
 
 
 def rough(
     tighter: Trajectory | None, peaks: Peaks, errors: Peaks, noise: Mapping[str, float], refinements: Sequence[str] = ()
-) -> list[dict[str, Any]]:
+) -> list[RunWarning]:
     """Warn of peaks whose errors exceed a tenth of them, and of errors that could not be estimated.
 
     Peaks below the rounding level of their columns count as zero and give no warning. `refinements` name settings
@@ -118,7 +120,7 @@ def rough(
     changed = [(key, part) for key, part in relative(peaks, errors) if part > ROUGH and key not in zero]
     if not changed:
         return []
-    names = _listed([f"{100.0 * part:.0f} % of {key}" for key, part in changed])
+    names = listed_briefly([f"{100.0 * part:.0f} % of {key}" for key, part in changed])
     settings = "; ".join([*refinements, "tighten solver.accuracy"])
     remedy = (
         f"{settings}; if that does not reduce them, the motion is too sensitive to its start: "
@@ -127,16 +129,14 @@ def rough(
     return [warning("rough", None, f"the estimated errors are {names}", remedy)]
 
 
-def _chaotic(
-    apart: tuple[float, float] | None, unknown: Sequence[str], refinements: Sequence[str]
-) -> list[dict[str, Any]]:
+def _chaotic(apart: tuple[float, float] | None, unknown: Sequence[str], refinements: Sequence[str]) -> list[RunWarning]:
     """Warn of peaks without error estimate because a run and its repetition diverge."""
     if apart is None or not unknown:
         return []
     what = (
         f"the run and its repetition at a ten times tighter tolerance differ from t = {apart[0]:.6g} s to "
         f"{apart[1]:.6g} s: the run is one of many motions there, and the peaks of "
-        f"{_listed(unknown)} are lower bounds without errors"
+        f"{listed_briefly(unknown)} are lower bounds without errors"
     )
     remedy = "compare statistics of many runs, not peaks; or define a window that ends before"
     if refinements:
@@ -144,33 +144,28 @@ def _chaotic(
     return [warning("rough", apart[0], what, remedy)]
 
 
-def _geared(system: System) -> list[dict[str, Any]]:
-    """Warn of gears that lock each other, and of joints of geared wheels: gears omit the tooth forces on the pins."""
-    gears, every = system.experiment.closed, system.experiment.meshes
-    joints = dict.fromkeys(name for gear in every.values() for name in gear.joints)
-    if not every:
-        return []
-    locking, found = locking_gears(system.tree, system.tree.loop_rows, system.assembly.q), []
-    if locking:
-        names = _listed([[*gears][k] for k in locking])
-        stuck = _listed(list(dict.fromkeys(name for k in locking for name in [*gears.values()][k].joints)))
-        what = f"the gears {names} contradict each other, or the loops: {stuck} cannot move"
-        found.append(warning("gear", None, what, "correct a ratio, or remove a gear"))
-    named = _listed(list(joints)), _listed(list(every))
-    what = "the forces in {} exclude the tooth or belt forces of {}".format(*named)
-    remedy = (
-        "add, in both joints, the torque on the second one over its wheel's pitch radius and, of teeth, over the "
-        "cosine of their pressure angle"
+def _of_elements(system: System) -> list[RunWarning]:
+    """List the warnings about the elements of a machine, such as couplings that lock each other."""
+    closed = [*system.tree.coupled]
+    together: dict[Any, dict[str, Any]] = {}
+    for kind, name, keys in all_elements_of(system.parts):
+        if kind.warns is not None:
+            together.setdefault(kind.warns, {})[name] = keys
+    locking = system.locking_couplings if closed else []
+    warned = (
+        one
+        for warns, named in together.items()
+        for one in warns(named, [closed[k] for k in locking if closed[k] in named])
     )
-    return [*found, warning("gear", None, what, remedy)]
+    return [warning(one.kind, None, one.what, one.remedy) for one in warned]
 
 
-def _unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
+def _unstretched(system: System, segmented: bool) -> list[RunWarning]:
     """Warn of links whose axial deformation rigid segments omit without the setting axial = 0."""
-    names = [name for name in system.experiment.flexible if system.experiment.links[name].axial != 0]
-    if not names or system_of(system, run.columns) is system:
+    names = [name for name in system.flexible if system.parts["links"][name].axial != 0]
+    if not names or not segmented:
         return []
-    what = f"the rigid segments of {_listed(names)} are inextensible: axial modes are omitted"
+    what = f"the rigid segments of {listed_briefly(names)} are inextensible: axial modes are omitted"
     return [warning("segments", None, what, "use the compiled engine, or set axial = 0")]
 
 
@@ -179,11 +174,6 @@ def relative(peaks: Peaks, errors: Peaks) -> list[tuple[str, float]]:
     largest, found = largest_of_quantities(peaks), []
     for key, error in errors.items():
         peak = peaks[key]
-        if error is not None and peak is not None and peak > _NOTHING * largest[quantity(key)]:
+        if error is not None and peak is not None and peak > numerics.WARNINGS_NOTHING * largest[quantity(key)]:
             found.append((key, error / peak))
     return sorted(found, key=lambda item: -item[1])
-
-
-def _listed(words: Sequence[str]) -> str:
-    more = len(words) - _NAMED
-    return ", ".join(words[:_NAMED]) + (f" and {more} more" if more > 0 else "")

@@ -16,12 +16,11 @@ from linkages.mechanics.planar.articulated_body import articulated_inertias
 from linkages.mechanics.planar.closure import approach, close, closure_quality, consistent_rates, jacobian_at
 from linkages.mechanics.planar.elimination import elimination_of
 from linkages.mechanics.planar.kinematics import body_positions
-from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.loop_dynamics import eliminate_rows
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ANGLE, PRISMATIC
-from linkages.system.backlash_start import check_within_backlash, settle_within_backlash, settled_rates, tight_rows
-from linkages.system.load_records import check_loads
+from linkages.system.load_records import Packed, check_loads
+from linkages.system.loose_start import check_within_travel, settle_within_travel, settled_rates, tight_rows
 from linkages.system.tree import ROWS, Tree, without
 
 #: Ratio of singular values below which a position counts as singular. At an exact dead point Newton's method computes a
@@ -73,7 +72,7 @@ class Assembly:
 
 
 def assemble(
-    tree: Tree, experiment: Experiment, motions: Motions, loads: Loads, offsets: Array | None = None
+    tree: Tree, experiment: Experiment, motions: Motions, packed: Packed, offsets: Array | None = None
 ) -> Assembly:
     """Assemble the ideal linkage at t = 0 with consistent velocities.
 
@@ -81,7 +80,8 @@ def assemble(
     the branch of the SDF file. Coordinates without a prescribed motion keep their reference values as far as the loops
     allow, and have zero velocity; powered joints start at their `angle` and `speed`. If the ideal linkage has fewer
     freedoms than drives, so that these move only within clearances, the loops of ideal joints alone determine the
-    speeds. Prescribed motions of geared wheels start anywhere within the backlash (`linkages.system.backlash_start`).
+    speeds. Prescribed motions of loosely coupled joints start anywhere within their travel
+    (`linkages.system.loose_start`).
     Journals are displaced by `offsets`, two for each clearance joint (default: the experiment's offsets).
 
     AssemblyError if the loops cannot be closed or the position is singular. InputError if a drive starts too far from
@@ -103,7 +103,7 @@ def assemble(
     held, held_free, through_play, forced = moved, False, False, False
     free = without(tree.closing_dofs, held)
     closed = close(tree.bodies, rows, none, free, size, q)
-    if not closed and tree.powered and (tree.play or tree.slack):  # they may move only within clearances
+    if not closed and tree.powered and (tree.play or tree.loose):  # they may move only within clearances
         q[:] = 0.0
         closed = held_free = close(tree.bodies, rows, none, tree.closing_dofs, size, q)
     if closed:
@@ -114,7 +114,7 @@ def assemble(
             forced = len(held) > len(tree.joint_dofs) - rank.most
         places = start[: len(held)]
         if forced:
-            closed = settle_within_backlash(tree, free, none, held, places, continuation(places), q)
+            closed = settle_within_travel(tree, free, none, held, places, continuation(places), q)
         else:
             closed = (through_play or not held_free) and approach(
                 tree.bodies, rows, free, size, held, start, continuation(start), q
@@ -130,8 +130,8 @@ def assemble(
     if offsets is not None:
         offset[: 2 * len(tree.play)] = offsets
     if forced:
-        settle_within_backlash(tree, free, offset, held, places, 0, q)
-        check_within_backlash(tree, experiment, q)
+        settle_within_travel(tree, free, offset, held, places, 0, q)
+        check_within_travel(tree, experiment, q)
     elif np.any(offset) and not close(tree.bodies, rows, offset, free, size, q):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with these journal offsets")
     rank = _rank(tree, rows, q) if np.any(offset) and not forced else rank
@@ -146,7 +146,7 @@ def assemble(
         consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
     if (determined and quality < SINGULAR) or rank.flat:
         raise AssemblyError(Status.SINGULAR, f"the start position is singular{_slides(tree)}")
-    check_loads(tree, experiment, loads, motions, q, v)
+    check_loads(tree, experiment, packed, motions, q, v)
     return Assembly(q, v, mobility, quality if determined else float("nan"))
 
 
@@ -156,10 +156,9 @@ def continuation(start: Array) -> int:
 
 
 def start_offsets(tree: Tree, experiment: Experiment) -> Array:
-    """Return the values (nr,) of the closure rows at the start: journals' offsets, places in the backlash [m, rad]."""
+    """Return the values (nr,) of the closure rows at the start: journals' offsets, places in free travels [m, rad]."""
     given = [x for name in tree.play for x in experiment.joints[name].offset]
-    slack = [(gear, gear.backlash) for gear in tree.slack if gear.backlash]
-    given += [tree.seen_coordinate(gear.joints[1], gear.carrier)[1] * play.start for gear, play in slack]
+    given += [tree.seen_coordinate(one.joints[1], one.carrier)[1] * one.start for one in tree.loose.values()]
     return np.array(given + [0.0] * (len(tree.closure_rows) - len(given)))
 
 
@@ -169,8 +168,8 @@ def _widest_gap(tree: Tree, q: Array) -> str:
     play, loops = (
         [n for n in cut for _ in range(ROWS[tree.mechanism.joint[n].type])] for cut in (tree.play, tree.loops)
     )
-    slack, gears = ([f"the gear of {' and '.join(one.joints)}" for one in some] for some in (tree.slack, tree.gears))
-    owner = [*play, *slack, *loops, *gears]
+    loose, coupled = ([one.label for one in some.values()] for some in (tree.loose, tree.coupled))
+    owner = [*play, *loose, *loops, *coupled]
     widest = int(np.argmax(gap))
     unit = "rad" if rows["term"]["kind"][widest] == ANGLE else "m"
     return f": {owner[widest]} stays open by {gap[widest]:.3g} {unit}"
@@ -179,7 +178,7 @@ def _widest_gap(tree: Tree, q: Array) -> str:
 def _moves_through_play(tree: Tree, experiment: Experiment, mobility: int, q: Array) -> bool:
     """Check whether drives move only within clearances: the ideal linkage has fewer freedoms, its mobility."""
     drives = len(tree.driven) + len(tree.powered)
-    if drives <= mobility or not (tree.play or tree.slack):
+    if drives <= mobility or not (tree.play or tree.loose):
         return False
     _check_count(tree, experiment, drives, len(tree.joint_dofs) - independent(tree, tree.loop_rows, q), q)
     if len(tree.driven) > len(tree.joint_dofs) - independent(tree, tight_rows(tree), q):
@@ -193,10 +192,12 @@ def _moves_through_play(tree: Tree, experiment: Experiment, mobility: int, q: Ar
 
 def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int, q: Array) -> None:
     if drives > mobility:
-        if tree.gears and (locking := locking_gears(tree, tree.closure_rows, q)):
-            names = listed([*experiment.closed][k] for k in locking)
-            problem = "contradict each other, or the loops: their joints cannot move; correct a ratio, or remove a gear"
-            raise InputError(experiment.source, f"gears: {names}", problem)
+        if tree.coupled and (locking := locking_couplings(tree, tree.closure_rows, q)):
+            named = [*tree.coupled]
+            tables = dict.fromkeys(table for table, name in experiment.named if name in {named[k] for k in locking})
+            problem = "contradict each other, or the loops: their joints cannot move; correct a ratio, or remove one"
+            where = f"{listed(tables)}: {listed(named[k] for k in locking)}"
+            raise InputError(experiment.source, where, problem)
         freedoms = f"{mobility} degree{'' if mobility == 1 else 's'} of freedom"
         counted = f"{drives} drive{'' if drives == 1 else 's'}"
         problem = (
@@ -280,14 +281,14 @@ def coordinate_scale(tree: Tree) -> Array:
 
 
 def balanced(tree: Tree, rows: Records, q: Array) -> Records:
-    """Scale the rows of angles and gears so that unit reactions give, on average, the same response as length rows.
+    """Scale the rows of angles and couplings so that unit reactions give, on average, the same response as length rows.
 
     Without this scaling a light slider, a light wheel or a large gear ratio would be mistaken for a singular position.
-    Gears are scaled one by one; all angle rows share one factor.
+    Couplings are scaled one by one; all angle rows share one factor.
     """
-    gears = rows["ratio"] != 0.0
-    angles = ~gears & (rows["term"]["kind"] == ANGLE)
-    if not (gears | angles).any():
+    coupled = rows["ratio"] != 0.0
+    angles = ~coupled & (rows["term"]["kind"] == ANGLE)
+    if not (coupled | angles).any():
         return rows
     work = tree.workspace(rows)
     work.q[:] = q
@@ -296,8 +297,8 @@ def balanced(tree: Tree, rows: Records, q: Array) -> Records:
     eliminate_rows(tree.bodies, rows, elimination_of(tree.bodies, rows, 0, tree.free_dofs), work)
     moved = work.pivots.diagonal.copy()
     moved[angles] = moved[angles].max(initial=0.0)
-    lengths = moved[~gears & ~angles & (moved > 0.0)]
-    usual, scaled = np.exp(np.log(lengths).mean()) if lengths.size else 1.0, (gears | angles) & (moved > 0.0)
+    lengths = moved[~coupled & ~angles & (moved > 0.0)]
+    usual, scaled = np.exp(np.log(lengths).mean()) if lengths.size else 1.0, (coupled | angles) & (moved > 0.0)
     rows = rows.copy()
     rows["scale"][scaled] = np.sqrt(usual / moved[scaled])
     return rows
@@ -310,24 +311,24 @@ def _count(jacobian: Array, part: float) -> int:
     return int(np.count_nonzero(np.linalg.svd(jacobian, compute_uv=False) > part * np.abs(jacobian).max()))
 
 
-def locking_gears(tree: Tree, rows: Records, q: Array) -> list[int]:
-    """Find the gears, by index, that keep joints from moving which loops and fewer gears let move.
+def locking_couplings(tree: Tree, rows: Records, q: Array) -> list[int]:
+    """Find the couplings, by index, that keep joints from moving which loops and fewer couplings let move.
 
-    The closure rows, of the gears last, are `Tree.closure_rows`, or `Tree.loop_rows` if joints have clearance; q (n,)
-    is a regular position. Without one of these gears, another gear's joints could move.
+    The closure rows, of couplings last, are `Tree.closure_rows`, or `Tree.loop_rows` if joints have clearance; q (n,)
+    is a regular position. Without one of these couplings, the joints of another one could move.
     """
-    gears = range(len(tree.gears))
-    stuck = [k for k in gears if _moves(tree, rows, q, (), k) and not _moves(tree, rows, q, gears, k)]
+    every = range(len(tree.coupled))
+    stuck = [k for k in every if _moves(tree, rows, q, (), k) and not _moves(tree, rows, q, every, k)]
     if len(stuck) < 2:
         return stuck
-    return [k for k in stuck if any(_moves(tree, rows, q, [i for i in gears if i != k], j) for j in stuck if j != k)]
+    return [k for k in stuck if any(_moves(tree, rows, q, [i for i in every if i != k], j) for j in stuck if j != k)]
 
 
-def _moves(tree: Tree, rows: Records, q: Array, kept: Collection[int], gear: int) -> bool:
-    """Tell whether a joint of a gear can move with closed loops and some of the gears."""
-    loops = len(rows) - len(tree.gears)
+def _moves(tree: Tree, rows: Records, q: Array, kept: Collection[int], one: int) -> bool:
+    """Tell whether a joint of a coupling can move with closed loops and some of the couplings."""
+    loops = len(rows) - len(tree.coupled)
     kept_rows: Sequence[int] = [*range(loops), *(loops + k for k in kept)]
-    ends = np.repeat(rows[loops + gear : loops + gear + 1], 2)
+    ends = np.repeat(rows[loops + one : loops + one + 1], 2)
     ends["term"][1], ends["ratio"] = ends["other"][1], 0.0
     joints, columns = jacobian_at(tree.bodies, ends, q), tree.joint_dofs
     closed = jacobian_at(tree.bodies, rows[kept_rows], q)[:, columns]

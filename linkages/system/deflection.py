@@ -125,8 +125,9 @@ class _Finder:
         work.a[len(tree.joint_dofs) :] = 0.0
         body_states(bodies, q, v, pose, vel)
         work.wrench[:] = 0.0
-        add_elements(system.elements, pose, vel, work.wrench)
-        load_wrenches(system.loads, t, np.concatenate([v, system.start_states]), pose, vel, work.wrench)
+        rates = np.concatenate([v, system.start_states])
+        add_elements(system.elements, system.packed.functions, t, rates, pose, vel, work.wrench)
+        load_wrenches(system.loads, t, rates, pose, vel, work.wrench)
         body_accelerations(bodies, pose, vel, v, work.a, work.acc)
         inertial_forces(bodies, work, system.gravity, load, left)
         for row, size in zip(self.rows, work.reaction, strict=True):

@@ -66,8 +66,9 @@ def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, elimination:
     work = tree.workspace(tree.closure_rows)
     work.q[:], work.v[:] = q, v
     body_states(tree.bodies, q, v, work.pose, work.vel)
-    add_elements(system.elements, work.pose, work.vel, work.wrench)
-    load_wrenches(system.loads, t, np.concatenate([work.v, system.start_states]), work.pose, work.vel, work.wrench)
+    rates = np.concatenate([work.v, system.start_states])
+    add_elements(system.elements, system.packed.functions, t, rates, work.pose, work.vel, work.wrench)
+    load_wrenches(system.loads, t, rates, work.pose, work.vel, work.wrench)
     work.tau[tree.powered_dofs] = system.torques(at)[0][0]
     work.a[tree.driven_dofs] = system.motions(at)[2][0]
     constrained_dynamics(
@@ -112,7 +113,8 @@ class _LooseJoint:
         for k, arm, (place, rest) in zip(self.contacts, self.arms, self.motions, strict=True):
             e = place + self._shift(offset, arm)
             motion = cast(ContactMotion, (float(e[0]), float(e[1]), *(float(x) for x in rest)))
-            found = contact_action(system.ends[k], system.laws[k], system.tables[k], np.inf, 0.0, motion)
+            remembered = system.law_states.remembered(k)
+            found = contact_action(system.ends[k], system.laws[k], system.tables[k], remembered, motion)
             total += found[0], found[1], arm[0] * found[1] - arm[1] * found[0]
         return np.array([total[:2] @ self.across, total[2]]) if self.guide else total[:2]
 

@@ -1,4 +1,4 @@
-"""Torques of the ideal machine along the references of controllers, as tables over time."""
+"""Torques of the ideal machine along references, as tables over time: quantities that elements ask for."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.input.model.experiment import DEFINING, Experiment, experiment_of
-from linkages.input.model.functions import Definition, Quantity, formula
-from linkages.input.model.state_tables import IDEAL_TORQUE, Controller
+from linkages.elements.element import IdealEffort
+from linkages.elements.machine import DEFINING, functions_of
+from linkages.input.functions.definitions import Definition, Quantity, formula, names_in
+from linkages.input.model.experiment import Experiment, experiment_of
 from linkages.mechanics.planar.closure import BLURRED, follow, follow_branch
 from linkages.mechanics.planar.elimination import elimination_of
 from linkages.system.assembly import assemble, coordinate_scale, independent
@@ -21,23 +22,24 @@ _PLACES = 4001  # of each table
 def with_feedforward(system: Unassembled) -> dict[str, Quantity]:
     """Return the quantities of an experiment, with the torques of the ideal machine as tables."""
     quantities = dict(system.experiment.quantities)
-    for name, controller in system.experiment.controllers.items():
-        if controller.feedforward == IDEAL_TORQUE:
-            times = np.linspace(0.0, system.experiment.duration, _PLACES)
-            torques = _torques(system, name, controller, times)
-            table = times.tolist(), torques.tolist()
-            quantities[f"{name}.base"] = Quantity(Definition(formula("t"), table=table))
+    for kind in DEFINING:
+        for name, keys in system.experiment.elements[kind.table].items():
+            for wanted in kind.ideal_efforts(keys, name):
+                times = np.linspace(0.0, system.experiment.duration, _PLACES)
+                torques = _torques(system, f"{kind.table}.{name}.{wanted.key}", wanted, times)
+                table = times.tolist(), torques.tolist()
+                quantities[wanted.quantity] = Quantity(Definition(formula("t"), table=table))
     return quantities
 
 
-def _torques(system: Unassembled, name: str, controller: Controller, times: Array) -> Array:
+def _torques(system: Unassembled, where: str, wanted: IdealEffort, times: Array) -> Array:
     """Compute the torque or force that moves the ideal machine along the reference (nt,); InputError if it cannot."""
-    experiment = _led(system.experiment, controller)
+    experiment = _led(system.experiment, wanted)
     one = Unassembled(system.mechanism.with_inertial(system.inertials), experiment)
-    tree, rows, where = one.tree, one.tree.closure_rows, f"controllers.{name}.feedforward"
-    start = assemble(tree, experiment, one.motions, one.loads)
+    tree, rows = one.tree, one.tree.closure_rows
+    start = assemble(tree, experiment, one.motions, one.packed)
     if start.mobility != len(tree.driven):
-        problem = f"needs drives that, with the reference in {controller.joint}, determine the whole motion"
+        problem = f"needs drives that, with the reference in {wanted.joint}, determine the whole motion"
         raise InputError(system.experiment.source, where, problem)
     q, v, a = np.zeros((3, len(times), tree.size))
     for table, values in zip((q, v, a), one.motions(times), strict=True):
@@ -50,20 +52,22 @@ def _torques(system: Unassembled, name: str, controller: Controller, times: Arra
         when = times[min(reached, len(times) - 1)] if reached < len(times) else times[quality.argmin()]
         raise InputError(system.experiment.source, where, f"the ideal machine is at a dead point at t = {when:.6g} s")
     elimination = elimination_of(tree.bodies, rows, independent(tree, rows, start.q, free), free)
-    dof = tree.driven_dofs[tree.driven.index(controller.joint or "")]
+    dof = tree.driven_dofs[tree.driven.index(wanted.joint)]
     states = zip(times.tolist(), q, v, strict=True)
     return np.array([ideal_forces(one, t, at, rates, elimination).tau[dof] for t, at, rates in states])
 
 
-def _led(experiment: Experiment, controller: Controller) -> Experiment:
-    """Return the ideal experiment whose joint follows the reference, without the loads of motors and controllers."""
+def _led(experiment: Experiment, wanted: IdealEffort) -> Experiment:
+    """Return the ideal experiment whose joint follows the reference, without the loads that quantities give."""
     data = experiment.ideal().model_dump(exclude_unset=True)
-    for table in ("forces", "torques"):
-        loads = getattr(experiment, table)
-        given = experiment.quantities.keys() - experiment.values.keys()
-        own = [name for name, load in loads.items() if not given.isdisjoint(load.signals)]
-        data[table] = {name: keys for name, keys in data.get(table, {}).items() if name not in own}
-    drives = {**data.get("drives", {}), controller.joint: {"formula": controller.reference}}
+    given = experiment.quantities.keys() - experiment.values.keys()
+    own = {
+        (table, name) for table, name, one in functions_of(experiment.elements) if not given.isdisjoint(names_in(one))
+    }
+    for table in {table for table, _ in own}:
+        data[table] = {name: keys for name, keys in data.get(table, {}).items() if (table, name) not in own}
+    defining = (kind.table for kind in DEFINING)
+    drives = {**data.get("drives", {}), wanted.joint: {"formula": wanted.reference}}
     return experiment_of(
-        experiment.source, data | {"drives": drives, "outputs": [], **{key: {} for key in DEFINING}}, experiment.sources
+        experiment.source, data | {"drives": drives, "outputs": [], **{key: {} for key in defining}}, experiment.sources
     )

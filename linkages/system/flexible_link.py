@@ -11,6 +11,7 @@ import numpy as np
 
 from linkages.base.arrays import Array, Records
 from linkages.input.files.raw_model import LinkBeam
+from linkages.input.functions.definitions import names_in
 from linkages.input.model.beam_interfaces import distinct, parts, substructures
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.mechanism import Joint, Link, Mechanism
@@ -204,7 +205,8 @@ def _named(experiment: Experiment) -> set[str]:
     found: set[str] = set()
     rest: list[Any] = [name for _, name in experiment.named]
     rest += [getattr(experiment, table)[name].model_dump() for table, name in experiment.named]
-    rest += [load.signals for load in (*experiment.forces.values(), *experiment.torques.values())]
+    rest += experiment.functions_read
+    rest += [name for one in experiment.quantities.values() for name in names_in(one.definition)]
     for value in rest:  # grows during the iteration
         if isinstance(value, str):
             found |= {value, value.rpartition(".")[0]}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,24 @@ from linkages.laws.film.film_map import MapCase, load_map
 from linkages.laws.film.map_table import table_limit
 from linkages.laws.mixed import fill_mixed
 from linkages.laws.parameters import MODELS, SHEAR
+from linkages.laws.states import FIRST_STATE, NEW, SCALES, Remembered, places
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
+
+
+class LawStates(NamedTuple):
+    """The ns continuous states of the laws of contacts, in the order of the state vector."""
+
+    places: Indices  # contact, place among its states, (ns, 2)
+    names: tuple[str, ...]
+    starts: Array  # values at the start of a run, (ns,)
+    scales: Array  # magnitudes
+
+    def remembered(self, contact: int) -> Remembered:
+        """Return what a contact remembers at the start of a run, before it begins."""
+        values, own = np.array(NEW), self.places[:, 0] == contact
+        values[FIRST_STATE + self.places[own, 1]] = self.starts[own]
+        return cast(Remembered, tuple(values.tolist()))
 
 
 class ContactLaws(NamedTuple):
@@ -30,7 +46,7 @@ class ContactLaws(NamedTuple):
     tables: Array
     film_limits: Array
     touching: NDArray[np.bool_]
-    bristles: Indices
+    states: LawStates
 
 
 def contact_laws(
@@ -52,8 +68,34 @@ def contact_laws(
         _tables(films, profiles),
         limits,
         np.array([model.can_touch for model in models], dtype=bool),
-        np.flatnonzero(records["bristles"]),
+        _law_states(models, records),
     )
+
+
+def _law_states(models: Sequence[JointModel], records: Records) -> LawStates:
+    """Collect the states of the laws of contacts with these models."""
+    owned = [
+        (k, place, state)
+        for k, joint in enumerate(models)
+        for kind, law in _acting(joint).items()
+        for place, state in zip(places(kind, len(law.states)), law.states, strict=True)
+    ]
+    return LawStates(
+        np.array([(k, place) for k, place, _ in owned], dtype=np.int64).reshape(-1, 2),
+        tuple(state.name for _, _, state in owned),
+        np.array([state.start for _, _, state in owned]),
+        np.array([records[SCALES[place]][k] for k, place, _ in owned]),
+    )
+
+
+def _acting(joint: JointModel) -> dict[str, Any]:
+    """Return the contact law and the friction law that act in a joint, by kind."""
+    laws: dict[str, Any] = {}
+    if joint.can_touch and joint.contact is not None:
+        laws["contact"] = CONTACTS[joint.contact.law]
+    if joint.can_touch and joint.friction is not None and joint.friction.acts:
+        laws["friction"] = FRICTIONS[joint.friction.law]
+    return laws
 
 
 def _tables(films: Sequence[Array], profiles: Sequence[Array]) -> Array:

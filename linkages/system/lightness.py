@@ -1,7 +1,7 @@
 """Links without mass or moment of inertia: allowed where they cannot move alone, because then others' masses tell how.
 
 The equations of the tree need a mass of each link. Such links get a negligible one, in parts of the lightest link, so
-that the accelerations are those of the linkage without it.
+that the accelerations are those of the linkage without it. Where they can move alone, the results would depend on it.
 """
 
 from __future__ import annotations
@@ -35,12 +35,32 @@ def negligible_inertials(mechanism: Mechanism) -> dict[str, float]:
 
 def check_lightness(tree: Tree, mechanism: Mechanism, q: Array) -> None:
     """Refuse a link without mass or moment of inertia that can move alone at q (n,): its acceleration has no value."""
-    if not (light := _light(mechanism)):
+    motion = _motion_alone(tree, mechanism, q)
+    if motion is None:
         return
+    way = np.abs(motion)
+    moving = listed(name for name, rate in zip(tree.coordinates, way, strict=True) if rate > _INVOLVED * way.max())
+    link = _moved(tree, q, _light(mechanism), motion)
+    lacks = "mass" if link.mass == 0.0 else "moment of inertia about the plane's normal"
+    problem = f"has no {lacks}, and can move while all masses rest ({moving})"
+    raise InputError(mechanism.source, f'<link name="{link.name}">', f"{problem}; give its mass and inertia")
+
+
+def first_alone(tree: Tree, mechanism: Mechanism, q: Array) -> int | None:
+    """Return the first of the coordinates (nt, n) at which a link without mass or inertia can move alone, if any."""
+    if not _light(mechanism):
+        return None
+    return next((k for k, one in enumerate(q) if _motion_alone(tree, mechanism, one) is not None), None)
+
+
+def _motion_alone(tree: Tree, mechanism: Mechanism, q: Array) -> Array | None:
+    """Return the motion (n,) in which nearly no mass moves at coordinates (n,), None if there is none."""
+    if not (light := _light(mechanism)):
+        return None
     ways = _open_ways(tree, q)
     masses = [link.mass for link in mechanism.links if link.mass > 0.0]
     if not len(ways):
-        return
+        return None
     unit = min(masses, default=1.0)
     reference = np.full(len(tree.bodies.records), unit)
     real, alike = (
@@ -50,14 +70,7 @@ def check_lightness(tree: Tree, mechanism: Mechanism, q: Array) -> None:
     values, axes = np.linalg.eigh(alike)
     scaled = axes / np.sqrt(np.maximum(values, _INDEPENDENT * values[-1]))
     shares, ends = np.linalg.eigh(scaled.T @ real @ scaled)
-    if shares[0] > _ALONE:
-        return
-    way = np.abs(scaled @ ends[:, 0] @ ways)
-    moving = listed(name for name, rate in zip(tree.coordinates, way, strict=True) if rate > _INVOLVED * way.max())
-    link = _moved(tree, q, light, scaled @ ends[:, 0] @ ways)
-    lacks = "mass" if link.mass == 0.0 else "moment of inertia about the plane's normal"
-    problem = f"has no {lacks}, and can move while all masses rest ({moving})"
-    raise InputError(mechanism.source, f'<link name="{link.name}">', f"{problem}; give its mass and inertia")
+    return None if shares[0] > _ALONE else np.asarray(scaled @ ends[:, 0] @ ways)
 
 
 def _light(mechanism: Mechanism) -> list[Link]:
@@ -65,7 +78,7 @@ def _light(mechanism: Mechanism) -> list[Link]:
 
 
 def _size(mechanism: Mechanism) -> float:
-    return float(extent_of(joint_ends(mechanism))) or 1.0
+    return float(extent_of(joint_ends(mechanism.joints))) or 1.0
 
 
 def _open_ways(tree: Tree, q: Array) -> Array:

@@ -10,17 +10,17 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.mechanics.planar.loads import Loads
+from linkages.elements.machine import KINDS, all_elements_of, record_of
 from linkages.mechanics.planar.motion import Motions, raised
 from linkages.system.assembly import Assembly
 from linkages.system.deflection import deflected
 from linkages.system.feedforward import with_feedforward
 from linkages.system.ideal_motion import IdealMotion
-from linkages.system.load_records import pack_loads
+from linkages.system.load_records import Packed, pack_loads
 from linkages.system.system import System
 
 #: Tables of an experiment that a static linkage omits, because their laws are not linear.
-LEFT_OUT = ("frictions", "stops", "contacts")
+LEFT_OUT = tuple(kind.table for kind in KINDS if not kind.linear)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]
     """
     experiment = system.experiment
     plain: dict[str, object] = {f"joints.{name}": {"model": "ideal"} for name in experiment.joints}
-    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)} | experiment.without_backlash()
+    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)} | experiment.perfected()
     plain |= {"start": "centred", "solver.integrator": "radau_iia_5", "duration": max(experiment.duration, *times, 0.0)}
     ideal = system.replaced(plain)
     at = np.array(times, dtype=np.float64)
@@ -85,7 +85,7 @@ def _held(ideal: System, q: Array, time: float) -> StaticSystem:
 class Disturbed(System):
     """A system with changed inputs; made by `disturbed`.
 
-    Added are efforts of powered joints by their index, and values by the index of the loads' function [N m, N].
+    Added are efforts of powered joints by their index, and values by the index of an element's function [N m, N].
     """
 
     efforts: Mapping[int, float] = field(kw_only=True)
@@ -99,8 +99,8 @@ class Disturbed(System):
         return Motions([raised(piece, self.efforts.get(k, 0.0)) for k, piece in enumerate(pieces)])
 
     @cached_property
-    def loads(self) -> Loads:
-        """Return the applied loads as records of the kernels."""
+    def packed(self) -> Packed:
+        """Return elements and applied loads as records of the kernels."""
         return pack_loads(self.tree, self.experiment, with_feedforward(self), self.applied)
 
 
@@ -115,12 +115,12 @@ def inputs(system: System) -> dict[str, tuple[str, str, int]]:
         f"{name}.torque": ("N m" if joints[name].type == "revolute" else "N", "efforts", k)
         for k, name in enumerate(system.tree.powered)
     }
-    for (table, name), record in zip(system.experiment.loads, system.loads[0], strict=False):  # then quantities
-        if table == "forces":
-            for k, axis in enumerate("xy"):
-                found[f"{name}.f{axis}"] = ("N", "applied", int(record["motion"]) + k)
-        elif table == "torques":
-            found[f"{name}.torque"] = ("N m", "applied", int(record["motion"]))
+    tables = system.experiment.elements
+    for kind, name, _ in all_elements_of(tables):
+        if (applied := kind.applied) is not None:
+            first = int(record_of(system.elements, tables, kind.table, name)[applied.field])
+            units = enumerate(applied.units.items(), first)
+            found |= {f"{name}.{key}": (unit, "applied", k) for k, (key, unit) in units}
     return found
 
 

@@ -1,31 +1,43 @@
-"""Records of the kernels from applied loads, limits of coordinates, and points at straight lines.
+"""Records of the kernels from applied loads, barriers of coordinates, and points at straight lines.
 
-A stop and a point at a line are corners at a wall, like a block's in its slot; a stop of a revolute joint and a flank
-of a gear with backlash are coordinates at a limit. The contact kernels offset slot walls by the clearance. Here this
+A barrier of a prismatic joint and a point at a line are corners at a wall, like a block's in its slot; other barriers
+are coordinates at a limit. The contact kernels offset slot walls by the clearance. Here this
 length only scales depths, and the wall's position compensates for it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from linkages.base.arrays import Records
 from linkages.base.errors import InputError
-from linkages.elements.machine import count, elements_of, pack_elements, tell_elements
-from linkages.input.model.experiment import DEFINING, Experiment
-from linkages.input.model.experiment_tables import ContactTable, FrictionTable, JointModel
-from linkages.input.model.functions import TIME, Definition, Quantity, inputs_of, named, program, table_over
-from linkages.input.model.load_tables import Limit, LoadFunction
+from linkages.elements.contact_tables import ContactTable, FrictionTable
+from linkages.elements.coordinates import Barrier, Edge
+from linkages.elements.machine import count, elements_of, owner_of, pack_elements, pushes_of, tell_elements
+from linkages.input.functions.definitions import (
+    TIME,
+    Curve,
+    Definition,
+    Function,
+    Quantity,
+    inputs_of,
+    named,
+    program,
+    table_over,
+)
+from linkages.input.model.experiment import Experiment
+from linkages.input.model.experiment_tables import JointModel
 from linkages.laws.control import CONTROLLERS
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import make_motion, make_pose
+from linkages.mechanics.planar.functions import Functions
 from linkages.mechanics.planar.kinematics import body_states
-from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, load_outputs, state_rates
+from linkages.mechanics.planar.loads import LOAD_OUTPUTS, VALUE, Array, Loads, state_rates
 from linkages.mechanics.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
-from linkages.system.tree import NO_STOP, Tree
+from linkages.system.tree import NO_ROW, Tree
 
 #: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
 REACH = 1e-3
@@ -33,58 +45,47 @@ _LOOKS = 501  # number of times at which a drive's formula is checked
 _COINCIDENT = 1e-9  # relative to the linkage's size: closer points define no direction
 
 
+class Packed(NamedTuple):
+    """Elements and loads of a machine as records of the kernels, with the functions to which they refer."""
+
+    elements: Any  # `linkages.elements.machine.Elements`
+    loads: Loads
+
+    @property
+    def functions(self) -> Functions:
+        """Return the functions."""
+        return self.loads[1:]
+
+
 def pack_loads(
     tree: Tree, experiment: Experiment, quantities: Mapping[str, Quantity], added: Mapping[int, float] | None = None
-) -> Loads:
-    """Pack the loads for `linkages.mechanics.planar.loads`: records, signals, and the functions of forces and torques.
+) -> Packed:
+    """Pack elements and loads, with the functions to which they refer.
 
     The quantities are the experiment's, with tables for computed ones. `added` has constants to add to functions, by
-    the functions' index (`LOAD` has it as ``motion``).
+    the functions' index.
     """
     mechanism = tree.mechanism
-    own = [name for name in quantities if name not in experiment.values]
-    records: Records = np.zeros(len(experiment.loads) + len(own), types.LOAD)
+    records: Records = np.zeros(len(experiment.loads), types.LOAD)
     records["joint"] = -1
-    following = iter(records)
     functions = _Functions(tree, quantities)
+    elements = pack_elements(experiment.elements, tree, functions.add)
 
-    for force in experiment.forces.values():
-        record, frame = next(following), mechanism.point[force.point]
-        angle = frame.angle if force.axes == "body" else 0.0
-        record["kind"], record["turns"] = types.FORCE, force.axes == "body"
-        record["ux"], record["uy"] = np.cos(angle), np.sin(angle)
-        record["a"] = tree.named_marker(force.point)
-        record["motion"] = functions.add(force, force.force, force.forces)
-    for torque in experiment.torques.values():
-        record = next(following)
-        record["kind"] = types.PUSH
-        record["term"], record["sign"] = tree.coordinate_of(torque.joint, ("world", torque.link or "world"))
-        constant, values = torque.torque, [[value] for value in torque.torques or []]
-        record["motion"] = functions.add(torque, None if constant is None else [constant], values or None)
-    for friction in experiment.frictions.values():
-        record = next(following)
-        record["kind"] = types.PUSH
-        record["term"], record["sign"] = tree.coordinate(friction.joint)
-        record["motion"] = functions.add_definition(friction.law)
-        if friction.depends_on_force:
-            record["joint"] = list(mechanism.joint).index(friction.joint)
-            record["share"] = functions.add_definition(friction.share)
-            record["leverage"] = 2.0 / friction.length if friction.length is not None else 0.0
-    for name, motor in experiment.motors.items():
-        record = next(following)
-        record["kind"], record["motion"] = types.PUSH, functions.add_definition(named(f"{name}.torque"))
-        record["term"], record["sign"] = tree.coordinate(motor.joint)
-    for name in own:
-        record = next(following)
-        record["kind"], record["motion"] = types.QUANTITY, functions.add_definition(named(name))
-    states = [functions.add_state(one) for one in experiment.own_states.values()]
+    for record, push in zip(records, pushes_of(experiment.elements), strict=True):
+        record["term"], record["sign"] = tree.coordinate(push.joint)
+        record["motion"] = functions.add_definition(push.law)
+        if push.share is not None:
+            record["joint"] = list(mechanism.joint).index(push.joint)
+            record["share"], record["leverage"] = functions.add_definition(push.share), push.leverage
+    states: Records = np.array([functions.add_state(one) for one in experiment.own_states.values()], types.STATE)
     for k, value in (added or {}).items():
         functions.made[k] = raised(functions.made[k], value)
-    return records, functions.signals, np.array(states, types.STATE), *Motions(functions.made).arrays
+    loads = records, functions.signals, states, *Motions(functions.made).arrays
+    return Packed(elements, loads)
 
 
 class _Functions:
-    """Collects the functions of the loads, and the signals that they depend on."""
+    """Collects the functions of elements and loads, and the signals that they depend on."""
 
     def __init__(self, tree: Tree, quantities: Mapping[str, Quantity]) -> None:
         self.tree, self.quantities = tree, quantities
@@ -132,56 +133,48 @@ class _Functions:
             self._signals.append(self.tree.signal(signal))
         return self.inputs[signal]
 
-    def add(
-        self, load: LoadFunction, constant: Sequence[float] | None, values: Sequence[Sequence[float]] | None
-    ) -> int:
-        """Add the components of a load; returns the index of the first."""
-        components: list[Pieces | Program] = [fit.function for fit in load.fitted]
-        components += [self._program(Definition(text)) for text in load.formulas]
-        if constant is not None:
-            components = [constant_rate(value, 0.0) for value in constant]
-        places = getattr(load, "times", None) or getattr(load, "at", None)
-        if values is not None and places is not None:
-            components = [monotone_table(places, part) for part in zip(*values, strict=True)]
-        first = len(self.made)
-        self.made += components
-        over = getattr(load, "over", None)
-        if over is not None:
-            first, tables = len(self.made), range(first, len(self.made))
-            self.made += [table_over(self._input(over), table) for table in tables]
-        return first
+    def add(self, components: Sequence[Function]) -> int:
+        """Add the functions of an element, one after the other; return the index of the first."""
+        added = [self._function(one) for one in components]  # may add tables
+        self.made += added
+        return len(self.made) - len(added)
+
+    def _function(self, given: Function) -> Pieces | Program:
+        """Translate a function; a curve over a signal becomes a table."""
+        if isinstance(given, Definition):
+            return self._program(given)
+        if not isinstance(given, Curve):
+            return constant_rate(given, 0.0)
+        if given.over == TIME:
+            return given.curve
+        self.made.append(given.curve)
+        return table_over(self._input(given.over), len(self.made) - 1)
 
 
-def check_elements(tree: Tree, experiment: Experiment, q: Array, v: Array) -> None:
-    """Reject elements that cannot start at coordinates q and rates v (n,)."""
-    elements, pose, vel = pack_elements(experiment.elements, tree), make_pose(tree.bodies), make_motion(tree.bodies)
-    rows = np.empty((count(elements), len(LOAD_OUTPUTS)))
+def check_elements(tree: Tree, experiment: Experiment, packed: Packed, q: Array, v: Array) -> None:
+    """Reject elements that cannot start at coordinates q and rates v (n,), or whose quantities are not finite there."""
+    pose, vel = make_pose(tree.bodies), make_motion(tree.bodies)
+    rows = np.empty((count(packed.elements), len(LOAD_OUTPUTS)))
     body_states(tree.bodies, q, v, pose, vel)
-    tell_elements(elements, 0, pose, vel, rows)
-    for (kind, name, keys), row in zip(elements_of(experiment.elements), rows, strict=True):
+    rates = np.concatenate([v, [one.start for one in experiment.own_states.values()]])
+    tell_elements(packed.elements, packed.functions, 0.0, rates, 0, pose, vel, rows)
+    for (kind, name, keys), row in zip(elements_of(experiment.elements), rows, strict=False):  # then quantities
         if problem := kind.problem_at_start(keys, row, _COINCIDENT * tree.extent):
             raise InputError(experiment.source, f"{kind.table}.{name}", problem)
+        if not np.isfinite(row).all():
+            raise InputError(experiment.source, f"{kind.table}.{name}.formula", "is not a number at t = 0")
+    if experiment.own_states or len(packed.elements.told):
+        changes = np.zeros(len(rates))
+        state_rates(packed.loads, 0.0, rates, pose, vel, changes)
+        _check_quantities(experiment, rows[len(rows) - len(packed.elements.told) :, VALUE], changes[len(v) :])
 
 
-def check_loads(tree: Tree, experiment: Experiment, loads: Loads, motions: Motions, q: Array, v: Array) -> None:
+def check_loads(tree: Tree, experiment: Experiment, packed: Packed, motions: Motions, q: Array, v: Array) -> None:
     """Reject formulas that are not finite: of loads at t = 0, where coordinates and rates are q and v (n,); of drives.
 
     Drives are checked at any time. See also `check_elements`.
     """
-    check_elements(tree, experiment, q, v)
-    if len(loads[0]):
-        pose, vel = make_pose(tree.bodies), make_motion(tree.bodies)
-        outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
-        body_states(tree.bodies, q, v, pose, vel)
-        rates = np.concatenate([v, [one.start for one in experiment.own_states.values()]])
-        load_outputs(loads, np.zeros(len(loads[0])), 0.0, rates, pose, vel, outputs)
-        for (table, name), values in zip(experiment.loads, outputs, strict=False):
-            if not np.isfinite(values).all():
-                raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")
-        if experiment.quantities:
-            changes = np.zeros(len(rates))
-            state_rates(loads, 0.0, rates, pose, vel, changes)
-            _check_quantities(experiment, outputs[len(experiment.loads) :, VALUE], changes[len(v) :])
+    check_elements(tree, experiment, packed, q, v)
     if not any(isinstance(piece, Program) for piece in motions.pieces):
         return
     times = np.linspace(0.0, experiment.duration, _LOOKS)
@@ -199,7 +192,7 @@ def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> No
     pairs = *zip(own, values, strict=True), *zip(experiment.own_states, rates, strict=True)
     for name, value in pairs:
         if not np.isfinite(value):
-            table = next(table for table in DEFINING if name.partition(".")[0] in getattr(experiment, table))
+            table, _ = owner_of(experiment.elements, name)
             raise InputError(experiment.source, f"{table}.{name}", "its value or its rate is not a number at t = 0")
 
 
@@ -207,10 +200,8 @@ def _check_quantities(experiment: Experiment, values: Array, rates: Array) -> No
 
 
 def unilateral_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
-    """Return dry joint models for each limit, then for each point at a line."""
-    models = [_dry(_reach(tree, limit), limit.contact, limit.friction) for limit in experiment.limits.values()]
-    models += [_dry(REACH * tree.extent, touch.contact, touch.friction) for touch in experiment.contacts.values()]
-    return tuple(models)
+    """Return a dry joint model for each contact of elements."""
+    return tuple(_dry(_reach(tree, one), one.contact, one.friction) for one in experiment.touches.values())
 
 
 def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None) -> JointModel:
@@ -220,31 +211,32 @@ def _dry(clearance: float, contact: ContactTable, friction: FrictionTable | None
 
 def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
     """Make the records of the two ends of each contact, in the same order."""
-    records: list[tuple[Any, ...]] = []
-    for limit in experiment.limits.values():
-        row, sign = tree.gear_row(limit.other or limit.joint, limit.joint, limit.ratio, 0.0, limit.carrier)
-        (_, *ends, ux, uy), place = row[0], limit.lever * limit.side * limit.place - _reach(tree, limit)
-        if limit.other is None and not _turns(tree, limit.joint):
-            records.append((types.CORNER, *ends, limit.side * ux, limit.side * uy, place, *NO_STOP))
-            continue
-        if limit.other is not None:
-            ends[0] = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
-        records.append((types.STOP, *ends, limit.side * sign, 0.0, place, limit.lever, limit.arm, row))
-    for touch in experiment.contacts.values():
-        if touch.line is not None:
-            frame = tree.mechanism.point[touch.line]
-            line, angle = tree.named_marker(touch.line), frame.angle
-        else:
-            line, angle = (0, *(touch.anchor or ())), touch.angle
-        into = np.sin(angle), -np.cos(angle)
-        point = tree.named_marker(touch.point)
-        records.append((types.CORNER, line, point, *into, -REACH * tree.extent, *NO_STOP))
+    every = experiment.touches.values()
+    records = [_at_barrier(tree, one) if isinstance(one, Barrier) else _at_edge(tree, one) for one in every]
     return np.array(records, types.ENDS)
 
 
-def _reach(tree: Tree, limit: Limit) -> float:
-    """Return the scale of the depths at a limit."""
-    return REACH * (limit.lever if _turns(tree, limit.joint) else tree.extent)
+def _at_barrier(tree: Tree, one: Barrier) -> tuple[Any, ...]:
+    row, sign = tree.coupled_row(one.other or one.joint, one.joint, one.ratio, 0.0, one.carrier)
+    (_, *ends, ux, uy), place = row[0], one.lever * one.side * one.place - _reach(tree, one)
+    if one.other is None and not _turns(tree, one.joint):
+        return types.CORNER, *ends, one.side * ux, one.side * uy, place, *NO_ROW
+    if one.other is not None:
+        ends[0] = row[2][2]  # on the child of the other joint: teeth slide by the relative angle of both wheels
+    return types.STOP, *ends, one.side * sign, 0.0, place, one.lever, one.arm, row
+
+
+def _at_edge(tree: Tree, one: Edge) -> tuple[Any, ...]:
+    angle = tree.mechanism.point[one.line].angle if isinstance(one.line, str) else one.angle
+    into = np.sin(angle), -np.cos(angle)
+    ends = tree.marker_of(one.line), tree.named_marker(one.point)
+    return types.CORNER, *ends, *into, -_reach(tree, one), *NO_ROW
+
+
+def _reach(tree: Tree, one: Barrier | Edge) -> float:
+    """Return the scale of the depths of a contact."""
+    angular = isinstance(one, Barrier) and _turns(tree, one.joint)
+    return REACH * (one.lever if isinstance(one, Barrier) and angular else tree.extent)
 
 
 def _turns(tree: Tree, joint: str) -> bool:

@@ -122,6 +122,10 @@ def segmented(system: System) -> Segmented:
 
 def system_of(system: System, columns: Collection[str]) -> System:
     """Return the system whose coordinates are among a run's columns: with rigid segments if the run used them."""
-    if any(f"q.{name}" not in columns for link in system.tree.substructures.values() for name in link.coordinates):
-        return segmented(system)
-    return system
+    return segmented(system) if has_segments(system, columns) else system
+
+
+def has_segments(system: System, columns: Collection[str]) -> bool:
+    """Check by its columns whether a run used rigid segments instead of flexible links."""
+    links = system.tree.substructures.values()
+    return any(f"q.{name}" not in columns for link in links for name in link.coordinates)

@@ -13,8 +13,8 @@ from linkages.base.arrays import Array, Records
 from linkages.base.errors import InputError
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import lane_array
+from linkages.elements.coordinates import WHEEL
 from linkages.input.files.raw_model import Chains
-from linkages.input.model.load_tables import WHEEL
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import MATRIX, STRAIGHT, Bodies

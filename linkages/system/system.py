@@ -11,23 +11,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.base.arrays import Records
-from linkages.input.files.toml import leaves, read_toml
+from linkages.base.arrays import Array, Records
+from linkages.base.errors import ARGUMENT
+from linkages.input.files.toml import Table, leaves, read_toml
 from linkages.input.files.unit_conversion import SLIDING, si_unit
 from linkages.input.model.check import names_first, without_lost_outputs
-from linkages.input.model.experiment import ARGUMENT, Experiment, load_experiment, value_unit
+from linkages.input.model.experiment import Experiment, load_experiment, value_unit
 from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
 from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.elimination import Elimination, elimination_of
-from linkages.mechanics.planar.loads import Loads
-from linkages.mechanics.planar.record_types import BEAM, STATION, STATION_MODE
-from linkages.system.assembly import Assembly, assemble, balanced, independent
+from linkages.system.assembly import Assembly, assemble, balanced, independent, locking_couplings
+from linkages.system.beam_records import beam_records
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.feedforward import with_feedforward
-from linkages.system.lightness import check_lightness
-from linkages.system.load_records import pack_loads
+from linkages.system.lightness import check_lightness, first_alone
+from linkages.system.load_records import Packed, pack_loads
 from linkages.system.tree import Tree
 from linkages.system.unassembled import Unassembled
 
@@ -65,7 +65,7 @@ class System(Unassembled):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the input and user-defined laws; another process computes its own arrays."""
         experiment = self.experiment
-        named = (experiment.joints, experiment.stops, experiment.meshes, experiment.contacts, experiment.controllers)
+        named: list[Mapping[str, Table]] = [experiment.joints, *experiment.elements.values()]
         tables = [table for kind in named for table in kind.values()]
         texts = [text for table in tables for _, text in leaves(table.model_dump()) if isinstance(text, str)]
         return _restored, (self.mechanism, experiment, registered(texts))
@@ -192,11 +192,30 @@ class System(Unassembled):
         """Assemble the ideal linkage at t = 0, with consistent velocities; AssemblyError if this is impossible."""
         if self._twin is not None:
             return self._twin.assembly
-        whole = partial(assemble, self.tree, self.experiment, self.motions, self.loads)
+        whole = partial(assemble, self.tree, self.experiment, self.motions, self.packed)
         resting = self.experiment.start == "equilibrium" and self.tree.play
         straight = whole(resting_offsets(self, whole)) if resting else whole()
-        check_lightness(self.tree, self.mechanism.with_inertial(self.rotors), straight.q)
+        check_lightness(self.tree, self._given_masses, straight.q)
         return deflected(self, straight) if self.tree.flexible else straight
+
+    @cached_property
+    def locking_couplings(self) -> list[int]:
+        """Find the couplings, by index, that contradict each other or the loops; see `assembly.locking_couplings`."""
+        return locking_couplings(self.tree, self.tree.loop_rows, self.assembly.q)
+
+    @property
+    def has_light_links(self) -> bool:
+        """Check for links without mass or moment of inertia, which may become free of all masses on the way."""
+        return any(link.mass == 0.0 or link.inertia == 0.0 for link in self._given_masses.links)
+
+    def first_alone(self, q: Array) -> int | None:
+        """Return the first of some coordinates (nt, n) at which a link without mass can move alone, None if none is."""
+        return first_alone(self.tree, self._given_masses, q[:, : self.tree.size])
+
+    @cached_property
+    def _given_masses(self) -> Mechanism:
+        """Return the mechanism with the masses of the file, without negligible ones."""
+        return self.mechanism.with_inertial(self.rotors)
 
     @property
     def determinate(self) -> bool:
@@ -204,8 +223,8 @@ class System(Unassembled):
         return self.assembly.mobility == len(self.tree.driven) and not self.experiment.own_states
 
     @cached_property
-    def loads(self) -> Loads:
-        """Return the applied loads as records of the kernels."""
+    def packed(self) -> Packed:
+        """Return elements and applied loads as records of the kernels."""
         return pack_loads(self.tree, self.experiment, with_feedforward(self))
 
     # -- arrays of the kernels ---------------------------------------------------------------------------------
@@ -214,16 +233,16 @@ class System(Unassembled):
     def arrays(self) -> Arrays:
         """Return all arrays that kernels read; systems that differ in the laws of joints alone share the others."""
         tree, twin = self.tree, self._twin
-        joints = self.laws, self.tables, self.largest_ratios, self.touching.astype(np.int64), self.bristles
+        joints = self.laws, self.tables, self.largest_ratios, self.touching.astype(np.int64), self.law_states.places
         if twin is not None and self._differs_in_laws_alone:
-            names = "ends", "laws", "tables", "limits", "touching", "bristles"
+            names = "ends", "laws", "tables", "limits", "touching", "law_states"
             own: dict[str, Any] = dict(zip(names, map(np.ascontiguousarray, (self.ends, *joints)), strict=True))
             return twin.arrays._replace(**own)
         moved = tree.driven_dofs, tree.powered_dofs
         dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
-        applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
+        applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *beam_records(tree), self.gravity
         # calls by address assume contiguous arrays without a check
-        rest = map(np.ascontiguousarray, (self.ends, tree.joints(), *joints, *dofs, *applied))
+        rest = map(np.ascontiguousarray, (self.ends, tree.joint_records(), *joints, *dofs, *applied))
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
         return Arrays._make(
             [*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, self.elements, tree.extent]
@@ -242,23 +261,6 @@ class System(Unassembled):
         elimination = elimination_of(self.tree.bodies, rows, rank, free)
         return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), elimination
 
-    @property
-    def _beams(self) -> tuple[Records, Records, Records]:
-        """Substructures of flexible links, their stations, and the modes at these."""
-        nm = self.tree.bodies.shapes.shape[2]
-        records, stations, modes = [], [np.zeros(0, STATION)], [np.zeros((0, nm), STATION_MODE)]
-        for link, substructures in self.tree.flexible.items():
-            ends = self.tree.beam_ends(link)
-            for part in substructures:
-                beam, (own, of_modes), first = part.beam, part.stations(nm), sum(map(len, stations))
-                leverage = 0.5 * beam.height / beam.second_moment
-                start = self.tree.sections[part.name, part.nearest(part.ends[0])]
-                whole = self.tree.index[part.name], first, len(own), beam.area, leverage, part.first
-                records.append((*whole, start, *ends))
-                stations.append(own)
-                modes.append(of_modes)
-        return np.array(records, BEAM), np.concatenate(stations), np.concatenate(modes)
-
     @cached_property
     def ideal_arrays(self) -> Arrays:
         """Return the same arrays with every joint ideal, closed by `Tree.closure_rows`."""
@@ -268,14 +270,16 @@ class System(Unassembled):
             rows=rows,
             elimination=elimination,
             ends=self.ends[:0],
-            joints=tree.joints(ideal=True),
+            joints=tree.joint_records(ideal=True),
             free=tree.closing_dofs,
         )
 
     @property
     def stiff(self) -> bool:
-        """Check whether films, bristles or modes make the equations stiff; dry contact does not."""
-        return any(model.has_film for model in self.models) or len(self.bristles) > 0 or bool(self.tree.flexible)
+        """Check whether films, states of laws or modes make the equations stiff; dry contact does not."""
+        return (
+            any(model.has_film for model in self.models) or len(self.law_states.names) > 0 or bool(self.tree.flexible)
+        )
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> System:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,11 @@ from numpy.typing import NDArray
 from linkages.base.arrays import Array, Records
 from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.simd import LaneArray
-from linkages.elements.element import Point
-from linkages.input.model.functions import OF_JOINTS
-from linkages.input.model.load_tables import WHEEL, Mesh
-from linkages.input.model.mechanism import Mechanism
+from linkages.elements.coordinates import WHEEL, Coupled
+from linkages.elements.pictures import Point
+from linkages.input.functions.definitions import OF_JOINTS
+from linkages.input.model.mechanism import Frame, Joint, Link, Mechanism
+from linkages.input.model.skeleton import Skeleton, skeleton
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
 from linkages.mechanics.planar.closure import closure_error
@@ -32,8 +34,8 @@ TYPES = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PR
 NO_TERM = (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)  # of a row with one term only
 _SAME = 1e-6  # relative to the linkage's size: points whose box is smaller coincide
 _IMMOBILE = 1e30  # mass that immobilises a mode [kg]
-#: Last fields of the ends of a contact that is no stop: lever, arm, row.
-NO_STOP = (1.0, 0.0, (NO_TERM, 0.0, NO_TERM, 0.0, 1.0))
+#: Last fields of the ends of a contact that limits no row: lever, arm, row.
+NO_ROW = (1.0, 0.0, (NO_TERM, 0.0, NO_TERM, 0.0, 1.0))
 #: Corners of a block, along and across its slot, relative to half its sides.
 CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
@@ -61,9 +63,9 @@ class Edge:
     reversed: bool
 
 
-def joint_ends(mechanism: Mechanism) -> Array:
+def joint_ends(joints: Iterable[Joint]) -> Array:
     """Return the places of both ends of each joint in the reference configuration, (np, 2) [m]."""
-    return np.array([end for joint in mechanism.joints for end in (joint.on_parent, joint.on_child)])
+    return np.array([end for joint in joints for end in (joint.on_parent, joint.on_child)])
 
 
 def extent_of(ends: Array) -> Array:
@@ -96,10 +98,54 @@ class Tree:
     flexible: Mapping[str, Sequence[FlexibleLink]]  # substructures of the flexible links, by link
     sections: Mapping[tuple[str, float], int]  # bodies of sections, by substructure and abscissa on its beam [m]
     acting: int  # number of bodies without the unloaded sections at the end, which only outputs read
-    gears: tuple[Mesh, ...] = ()  # pairs of joints with coupled coordinates
-    slack: tuple[Mesh, ...] = ()  # the same with backlash
+    coupled: Mapping[str, Coupled] = field(default_factory=dict)  # joints with coupled coordinates, by element
+    loose: Mapping[str, Coupled] = field(default_factory=dict)  # the same within a free travel
     wheels: Mapping[str, int] = field(default_factory=dict)  # bodies of the gearboxes' output wheels, by coordinate
     hinges: tuple[str, ...] = ()  # joints between rigid segments of flexible links
+
+    @property
+    def name(self) -> str:
+        """Return the name of the mechanism."""
+        return self.mechanism.name
+
+    @property
+    def source(self) -> Path:
+        """Return the file of the mechanism, which errors name."""
+        return self.mechanism.source
+
+    @property
+    def joints(self) -> Mapping[str, Joint]:
+        """Return the joints by name, in the reference configuration."""
+        return self.mechanism.joint
+
+    @property
+    def links(self) -> Mapping[str, Link]:
+        """Return the links by name, in the reference configuration; masses and inertias are the bodies'."""
+        return self.mechanism.link
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """Return the named frames, in the reference configuration."""
+        return self.mechanism.frames
+
+    @property
+    def points(self) -> Mapping[str, Frame]:
+        """Return the frames of links and the named frames, by name."""
+        return self.mechanism.point
+
+    @property
+    def places(self) -> Mapping[str, Frame]:
+        """Return everything with a position, by name: `points`, and joints."""
+        return self.mechanism.place
+
+    @property
+    def basis(self) -> Array:
+        """Return the plane's axes x_P, y_P and its normal in world axes, as columns (3, 3)."""
+        return self.mechanism.basis
+
+    def skeleton(self, link: str) -> Skeleton:
+        """Return the shape of a link without visuals: its joints and frames, and the bars between them."""
+        return skeleton(self.mechanism, self.links[link], self.extent)
 
     @property
     def size(self) -> int:
@@ -113,27 +159,25 @@ class Tree:
 
     @cached_property
     def loop_rows(self) -> Records:
-        """Return the closure rows of the cut ideal joints, then the gears: reactions along the second joints' terms."""
-        return chained(self._rows(self.loops), self._gear_rows(self.gears))
+        """Return the closure rows of cut ideal joints, then of couplings: reactions along the second joints' terms."""
+        return chained(self._rows(self.loops), self._coupled_rows(self.coupled))
 
     @cached_property
     def closure_rows(self) -> Records:
         """Return the rows that close the whole ideal linkage.
 
-        First come two for each clearance joint, along x_P and y_P, then the gears with backlash.
+        First come two for each clearance joint, along x_P and y_P, then the loose couplings.
         """
-        return chained(chained(self._rows(self.play), self._gear_rows(self.slack)), self.loop_rows)
+        return chained(chained(self._rows(self.play), self._coupled_rows(self.loose)), self.loop_rows)
 
-    def _gear_rows(self, gears: Sequence[Mesh]) -> Records:
-        rows = [
-            self.gear_row(gear.joints[0], gear.joints[1], gear.ratio, gear.offset, gear.carrier)[0] for gear in gears
-        ]
+    def _coupled_rows(self, pairs: Mapping[str, Coupled]) -> Records:
+        rows = [self.coupled_row(*one.joints, one.ratio, one.offset, one.carrier)[0] for one in pairs.values()]
         return np.array(rows, types.ROW)
 
-    def gear_row(
+    def coupled_row(
         self, first: str, second: str, ratio: float, offset: float = 0.0, carrier: str | None = None
     ) -> tuple[tuple[Any, ...], float]:
-        """Return the row of a gear, second = ratio * first + offset, and the sign of its value along the second."""
+        """Return the row of second = ratio * first + offset, and the sign of its value along the second."""
         (one, sign), (two, other) = (self.seen_coordinate(name, carrier) for name in (second, first))
         return (one, sign * other * ratio, two, sign * offset, 1.0), sign
 
@@ -183,23 +227,23 @@ class Tree:
             bearing = self.marker(joint.parent, joint.on_parent)
             if joint.slot is None:
                 journal = self.marker(joint.child, joint.on_child)
-                rows.append((types.JOURNAL, bearing, journal, 0.0, 0.0, 0.0, *NO_STOP))
+                rows.append((types.JOURNAL, bearing, journal, 0.0, 0.0, 0.0, *NO_ROW))
                 continue
             along = joint.direction
             across = np.array([-along[1], along[0]])
             for x, y in CORNERS:
                 corner = 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
                 marker = self.marker(joint.child, joint.on_child, corner)
-                rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height, *NO_STOP))
+                rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height, *NO_ROW))
         return np.array(rows, types.ENDS)
 
-    def joints(self, ideal: bool = False) -> Records:
+    def joint_records(self, ideal: bool = False) -> Records:
         """Return the records that give each joint force, with clearances, or with every joint ideal."""
         cut = (*self.play, *self.loops) if ideal else self.loops
         contacts = {} if ideal else {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
         rows = accumulate((ROWS[self.mechanism.joint[name].type] for name in cut), initial=0)
-        slack = len(self.slack) if ideal else 0
-        first = {name: row + (name in self.loops) * slack for name, row in zip(cut, rows, strict=False)}
+        loose = len(self.loose) if ideal else 0
+        first = {name: row + (name in self.loops) * loose for name, row in zip(cut, rows, strict=False)}
         carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}
         records = []
         for joint in self.mechanism.joints:
@@ -300,7 +344,7 @@ class Tree:
         Where they coincide, as in a cart with a pendulum, it is the box around joints, frames and mass centres; where
         these coincide too, the largest radius of gyration.
         """
-        machine, ends = self.mechanism, joint_ends(self.mechanism)
+        machine, ends = self.mechanism, joint_ends(self.mechanism.joints)
         frames = [frame.origin for frame in machine.frames if frame.link != "world"]
         boxes = [points for points in (ends, [*ends, *frames, *(link.com for link in machine.links)]) if len(points)]
         radii = [math.sqrt(link.inertia / link.mass) for link in machine.links if link.mass > 0.0]
@@ -339,6 +383,10 @@ class Tree:
     def marker_of(self, point: Point) -> tuple[int, float, float]:
         """Return the marker of the origin of a link or frame, or of a fixed point in plane axes."""
         return self.named_marker(point) if isinstance(point, str) else (0, float(point[0]), float(point[1]))
+
+    def angle_of(self, point: str) -> float:
+        """Return the angle of a frame in the body of its link [rad]."""
+        return self.mechanism.point[point].angle
 
     def coordinate_of(self, joint: str | None, links: Iterable[str]) -> tuple[tuple[Any, ...], float]:
         """Return the term of a joint's coordinate, or of the angle of the second of two links, and its sign."""

@@ -2,62 +2,95 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array, Records
 from linkages.base.brief import Brief, counted
-from linkages.base.errors import InputError
-from linkages.elements.machine import elements_of, pack_elements
-from linkages.input.model.capabilities import Analysis, check_analysis
+from linkages.elements.analysis import Analysis
+from linkages.elements.machine import all_elements_of
+from linkages.input.functions.definitions import Quantity
+from linkages.input.functions.recorded_tables import FromFile
+from linkages.input.model.capabilities import check_analysis
 from linkages.input.model.check import check
 from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.experiment_tables import FILM_ACCURACY, FilmHistory, JointModel
-from linkages.input.model.mechanism import Mechanism
+from linkages.input.model.experiment_tables import JointModel
+from linkages.input.model.mechanism import Frame, Link, Mechanism
+from linkages.input.model.skeleton import colors_of
 from linkages.mechanics.planar.loads import Loads
 from linkages.mechanics.planar.motion import Motions
 from linkages.mechanics.planar.record_types import ORIENTED, REMEMBERING, REVOLUTE, WORN
+from linkages.system.assembly import start_offsets
+from linkages.system.description import Description
+from linkages.system.drive_travel import drive_travel
+from linkages.system.facts import facts
+from linkages.system.film_steps import film_steps, with_film_step
 from linkages.system.flexible_link import flexible_link
-from linkages.system.law_records import ContactLaws, contact_laws
+from linkages.system.joints import SystemJoint, joints_of
+from linkages.system.law_records import ContactLaws, LawStates, contact_laws
 from linkages.system.lightness import negligible_inertials
-from linkages.system.load_records import pack_loads, unilateral_ends, unilateral_models
+from linkages.system.load_records import Packed, pack_loads, unilateral_ends, unilateral_models
+from linkages.system.memory import Memory
+from linkages.system.parts import NamedElements
+from linkages.system.settings import Settings
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree, chained
 
 _UNKNOWN = 1.0  # rate for a linkage without motion and forces at the start [rad/s]
-_FILM_STEPS = 200  # of a turn of the fastest drive
 _LEAST_FORCE = 0.03  # force of a film whose errors count, over the forces that the drives need for all masses
-_SAMPLED = 2000  # number of times at which the drives' rates are compared
-
-T = TypeVar("T")
-
-
-class Memory:
-    """The two latest results of each function and their arguments, shared by variants of a system."""
-
-    def __init__(self) -> None:
-        self._kept: dict[Any, list[tuple[tuple[Any, ...], Any]]] = {}
-
-    def __call__(self, function: Callable[..., T], *arguments: Any) -> T:
-        """Return the result of a function for arguments that can be compared, which decide it alone."""
-        kept = self._kept.get(function, [])
-        for known, found in kept:
-            if known == arguments:
-                return cast(T, found)
-        result = function(*arguments)
-        self._kept[function] = [*kept[-1:], (arguments, result)]
-        return result
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Unassembled(Brief):
     """The part of a `System` from which its assembly is computed: tree, motions, loads, contacts and their laws.
+
+    Attributes
+    ----------
+    mechanism, experiment
+        The input. All other fields are made of it (`linkages.system.facts`): later steps ask them, not the input.
+    settings : Settings
+        Of a run.
+    description : Description
+        Names and files.
+    links : mapping of str to Link
+        In the reference configuration, as all geometry here.
+    frames, points, places : tuple or mappings of str to Frame
+        Named frames; these and the links' frames; everything with a position: points and joints.
+    basis : (3, 3) array
+        x_P, y_P and normal of the plane in world axes, as columns.
+    machine_values : mapping of str to float
+        Replaceable numbers of the machine by path without ``sdf.``, in SI units.
+    parts : mapping of str to dicts
+        Named elements by table and name, see `linkages.system.parts`.
+    named_loads, acting : tuples of (str, str)
+        Table and name of the applied loads, in the order of their records; of all elements that act, those that are
+        derived from other tables included.
+    wheels : mapping of str to float
+        Moments of inertia of wheels that drives turn before their joints, by the joint [kg m2].
+    drives : mapping of str to Drive
+        By joint.
+    actuators : sequence of str
+        The drives that act, see `Drive.acts`, and the motors.
+    functions_read : collection of str
+        Names that functions of elements read.
+    ramp : float
+        Longest time of a drive's smooth start [s]; zero without one.
+    play, flexible : tuples of str
+        Clearance joints and flexible links, in the order of the experiment.
+    can_touch : bool
+        Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines.
+    values : mapping of str to float
+        Numbers for formulas, in SI units.
+    unread_states : collection of str
+        Additional states that no formula reads, such as a motor's energy.
+    recorded : mapping of str to FromFile
+        Drives and loads that take their signal from a data file, by path.
 
     Raises
     ------
@@ -67,6 +100,28 @@ class Unassembled(Brief):
 
     mechanism: Mechanism
     experiment: Experiment
+    settings: Settings = field(init=False)
+    description: Description = field(init=False)
+    links: Mapping[str, Link] = field(init=False)
+    frames: tuple[Frame, ...] = field(init=False)
+    points: Mapping[str, Frame] = field(init=False)
+    places: Mapping[str, Frame] = field(init=False)
+    basis: Array = field(init=False)
+    machine_values: Mapping[str, float] = field(init=False)
+    parts: NamedElements = field(init=False)
+    named_loads: tuple[tuple[str, str], ...] = field(init=False)
+    acting: tuple[tuple[str, str], ...] = field(init=False)
+    wheels: Mapping[str, float] = field(init=False)
+    drives: Mapping[str, Drive] = field(init=False)
+    actuators: Sequence[str] = field(init=False)
+    functions_read: Collection[str] = field(init=False)
+    ramp: float = field(init=False)
+    play: tuple[str, ...] = field(init=False)
+    flexible: tuple[str, ...] = field(init=False)
+    can_touch: bool = field(init=False)
+    values: Mapping[str, float] = field(init=False)
+    unread_states: Collection[str] = field(init=False)
+    recorded: Mapping[str, FromFile] = field(init=False)
     _memory: Memory = field(default_factory=Memory, kw_only=True)
 
     def _facts(self) -> tuple[str, dict[str, str]]:
@@ -77,6 +132,35 @@ class Unassembled(Brief):
 
     def __post_init__(self) -> None:
         check(self.mechanism, self.experiment)
+        vars(self).update(facts(self.mechanism, self.experiment))  # the dataclass is frozen
+
+    @cached_property
+    def joints(self) -> dict[str, SystemJoint]:
+        """Return the joints by name, with their places in the reference configuration, and clearances."""
+        return joints_of(self.mechanism, self.experiment)
+
+    @cached_property
+    def colors(self) -> dict[str, str]:
+        """Return the colours of links, frames and joints by name, as ``#rrggbb``."""
+        return colors_of(self.mechanism)
+
+    @property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """Return states, formulas of motors and controllers, and values, by their names in formulas."""
+        return self.experiment.quantities
+
+    @property
+    def own_states(self) -> Mapping[str, Quantity]:
+        """Return the additional states by name, in the order of the state vector."""
+        return self.experiment.own_states
+
+    def sampling_times(self, end: float) -> Array:
+        """Return the times after t = 0 and up to an end at which states are sampled [s]."""
+        return self.experiment.sampling_times(end)
+
+    def slides(self, joint: str) -> bool:
+        """Tell whether a joint is prismatic."""
+        return self.mechanism.slides(joint)
 
     # -- the tree ----------------------------------------------------------------------------------
 
@@ -90,9 +174,9 @@ class Unassembled(Brief):
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
             {name: partial(flexible_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
-            {name: slack.inertia for name, slack in self.experiment.gearboxes.items()},
+            self.experiment.wheels,
         )
-        return replace(tree, gears=tuple(self.experiment.closed.values()), slack=tuple(self.experiment.slack.values()))
+        return replace(tree, coupled=self.experiment.closed, loose=self.experiment.loose)
 
     @property
     def inertials(self) -> dict[str, float]:
@@ -101,14 +185,15 @@ class Unassembled(Brief):
 
     @property
     def rotors(self) -> dict[str, float]:
-        """Return the inertias of links with those of the motors that turn them, by path."""
+        """Return the inertias of links with those of the rotors that turn with them, by path."""
         found: dict[str, float] = {}
-        for motor in self.experiment.motors.values():
-            joint = self.mechanism.joint[motor.joint]
-            link = self.mechanism.link[joint.child if joint.parent == "world" else joint.parent]
-            path = f"links.{link.name}.inertia"
-            if motor.rotor_inertia:
-                found[path] = found.get(path, link.inertia) + motor.ratio**2 * motor.rotor_inertia
+        for kind, _, keys in all_elements_of(self.experiment.elements):
+            rotor = kind.rotor(keys)
+            if rotor is not None and rotor.inertia:
+                joint = self.mechanism.joint[rotor.joint]
+                link = self.mechanism.link[joint.child if joint.parent == "world" else joint.parent]
+                path = f"links.{link.name}.inertia"
+                found[path] = found.get(path, link.inertia) + rotor.inertia
         return found
 
     @cached_property
@@ -127,21 +212,13 @@ class Unassembled(Brief):
 
     @cached_property
     def drive_travel(self) -> float:
-        """Compute the fastest drive's travel at its largest rate [rad or m]; an oscillation counts as 2 pi.
+        """Return the fastest drive's travel at its largest rate [rad or m], see `linkages.system.drive_travel`."""
+        return drive_travel(self.motions, self.settings.duration)
 
-        The number of oscillations follows from the total variation of the rate: four times its largest value in each.
-        """
-        rates, accelerations = np.abs(self._drive_rates)
-        largest = rates.max(axis=0, initial=0.0)
-        turns = accelerations.mean(axis=0) / np.where(largest > 0.0, 4.0 * largest, np.inf)
-        ways = self.experiment.duration * np.maximum(largest, 2.0 * np.pi * turns)
-        return float(ways.max(initial=0.0))
-
-    @cached_property
-    def _drive_rates(self) -> tuple[Array, Array]:
-        """Sample rates and accelerations (nt, nd) of the drives at irregular times, to avoid aliasing."""
-        between = np.random.default_rng(0).random(_SAMPLED)
-        return self.motions(self.experiment.duration * np.concatenate([[0.0], np.sort(between), [1.0]]))[1:]
+    @property
+    def mass(self) -> float:
+        """Return the mass of all links [kg]."""
+        return sum(link.mass for link in self.mechanism.links)
 
     def swing_rate(self, rates: Array) -> float:
         """Estimate the rate of the motion of a linkage without prescribed motions, before the run [rad/s].
@@ -158,10 +235,8 @@ class Unassembled(Brief):
         scale[moved[moved >= 0]] = 1.0 / extent
         start = np.abs(rates * scale)[self.tree.joint_dofs]
         forces = [mass * float(np.linalg.norm(self.gravity))]
-        parts = elements_of(experiment.elements)
+        parts = all_elements_of(experiment.elements)
         forces += [kind.force(keys, self.mechanism.slides, extent) for kind, _, keys in parts]
-        forces += [_magnitude(force.force) for force in experiment.forces.values()]
-        forces += [_magnitude(torque.torque) / extent for torque in experiment.torques.values()]
         for drive in experiment.drives.values():
             forces += [_magnitude(drive.torque) / extent, _magnitude(drive.torques) / extent]
             forces += [_magnitude(drive.force), _magnitude(drive.forces)]
@@ -174,66 +249,58 @@ class Unassembled(Brief):
         return self._memory(_torques, tuple(self.experiment.drives[name] for name in self.tree.powered))
 
     @cached_property
-    def loads(self) -> Loads:
-        """Return the applied loads as records of the kernels."""
+    def packed(self) -> Packed:
+        """Return elements and applied loads as records of the kernels."""
         return pack_loads(self.tree, self.experiment, self.experiment.quantities)
 
-    @cached_property
+    @property
+    def loads(self) -> Loads:
+        """Return the applied loads as records of the kernels."""
+        return self.packed.loads
+
+    @property
     def elements(self) -> Any:
         """Return the elements as records of the kernels, `linkages.elements.machine.Elements`."""
-        return pack_elements(self.experiment.elements, self.tree)
+        return self.packed.elements
 
     @property
     def start_states(self) -> Array:
         """Return the additional states at t = 0, (nz,)."""
-        return np.array([one.start for one in self.experiment.own_states.values()], float)
+        return np.array([one.start for one in self.own_states.values()], float)
 
     @property
     def state_scales(self) -> Array:
         """Return the magnitudes in parts of which their errors count, (nz,)."""
-        return np.array([one.scale for one in self.experiment.own_states.values()], float)
+        return np.array([one.scale for one in self.own_states.values()], float)
 
     @cached_property
     def gravity(self) -> Array:
         """Return gravity in plane axes, (2,) [m/s2]."""
         return self.mechanism.basis[:, :2].T @ self.experiment.gravity
 
+    @property
+    def start_offsets(self) -> Array:
+        """Return the values (nr,) of the closure rows at the start: journals' offsets, places in the backlash."""
+        return start_offsets(self.tree, self.experiment)
+
     # -- contacts ----------------------------------------------------------------------------------
 
     @cached_property
     def contacts(self) -> tuple[tuple[str, str], ...]:
         """Return owner and label of each contact: clearance joints (`Tree.contacts`), limits, points at lines."""
-        labels = (*self.experiment.limits, *self.experiment.contacts)
-        return (*self.tree.contacts, *((label.rpartition(".")[0] or label, label) for label in labels))
+        labels = ((label.rpartition(".")[0] or label, label) for label in self.experiment.touches)
+        return (*self.tree.contacts, *labels)
 
     @cached_property
     def models(self) -> tuple[JointModel, ...]:
         """Return the joint model of each contact; a film with history has its longest step, and its accuracy if any."""
-        play = tuple(self._with_film_step(name) for name, _ in self.tree.contacts)
+        play = tuple(with_film_step(self.experiment, self.film_steps, name) for name, _ in self.tree.contacts)
         return (*play, *unilateral_models(self.tree, self.experiment))
 
     @cached_property
     def film_steps(self) -> dict[str, float]:
         """Return the longest film step of each clearance joint whose film has a history [s]."""
-        joints = {name: self.experiment.joints[name] for name in self.experiment.play}
-        histories = {name: joint.history for name, joint in joints.items() if joint.has_history}
-        return {name: self._film_step(name, history) for name, history in histories.items() if history is not None}
-
-    def _film_step(self, name: str, history: FilmHistory) -> float:
-        if history.step is not None:
-            return history.step
-        if self.drive_rate == 0.0:
-            problem = "is missing: without a prescribed speed it has no default; give 1/200 turn [s], and an accuracy"
-            raise InputError(self.experiment.source, f"joints.{name}.history.step", problem)
-        return 2.0 * np.pi / (_FILM_STEPS * self.drive_rate)
-
-    def _with_film_step(self, name: str) -> JointModel:
-        model = self.experiment.joints[name]
-        if name not in self.film_steps or model.history is None:
-            return model
-        accuracy = FILM_ACCURACY if model.history.step is None else None
-        chosen = {"step": self.film_steps[name], "accuracy": model.history.accuracy or accuracy}
-        return model.model_copy(update={"history": model.history.model_copy(update=chosen)})
+        return film_steps(self.experiment, self.drive_rate)
 
     def check_analysis(self, analysis: Analysis) -> None:
         """Refuse an analysis that does not support a model of this system, see `linkages.input.model.capabilities`."""
@@ -249,7 +316,7 @@ class Unassembled(Brief):
     def _least_force(self) -> float:
         """Return the force of a film below which its errors do not count [N]."""
         acceleration = self.tree.extent * self.drive_rate**2 + float(np.linalg.norm(self.gravity))
-        return _LEAST_FORCE * acceleration * sum(link.mass for link in self.mechanism.links)
+        return _LEAST_FORCE * acceleration * self.mass
 
     @property
     def laws(self) -> Records:
@@ -285,9 +352,9 @@ class Unassembled(Brief):
         return np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
 
     @property
-    def bristles(self) -> NDArray[np.int64]:
-        """Return the contacts whose friction has a state (LuGre)."""
-        return self._contact_laws.bristles
+    def law_states(self) -> LawStates:
+        """Return the continuous states of the contacts' laws."""
+        return self._contact_laws.states
 
     @cached_property
     def ends(self) -> Records:

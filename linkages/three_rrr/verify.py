@@ -83,8 +83,8 @@ class RigidPlant:
 
     def _point(self, link: str, drawn: Array) -> Array:
         """Return a drawn point in the link's frame."""
-        body = self.tree.mechanism.link[link]
-        return body.rotation.T @ (self.tree.mechanism.basis[:, :2] @ (drawn - body.origin))
+        body = self.tree.links[link]
+        return body.rotation.T @ (self.tree.basis[:, :2] @ (drawn - body.origin))
 
     def position(self, link: str, point: Array) -> Array:
         """Plane position (2,) of a point of a link [m]."""
@@ -126,7 +126,7 @@ class RigidPlant:
         turn = {link: angle - self.link_angle[link] for link, angle in angles.items()}
         for name, place in zip(self.tree.coordinates, self.order, strict=True):
             if place not in self.driven:
-                joint = self.tree.mechanism.joint[name]
+                joint = self.tree.joints[name]
                 q[place] = joint.sign * (turn[joint.child] - turn[joint.parent])
         for _ in range(20):
             self.plant.SetPositions(self.context, q)
@@ -159,7 +159,7 @@ class RigidPlant:
     def nodal_jacobian(self, model: FiniteElementModel) -> Array:
         """Velocities (full, 7) of the model's nodes per generalised velocity, from Drake's Jacobians."""
         result = np.zeros((model.full, self.plant.num_velocities()))
-        joint = self.tree.mechanism.joint
+        joint = self.tree.joints
         for link, length in zip(model.links, model.lengths, strict=True):
             leg, coupler = divmod(link.angle, 2)
             root, end = joint[f"{'AB'[coupler]}{LEGS[leg]}"], joint[f"{'BC'[coupler]}{LEGS[leg]}"]

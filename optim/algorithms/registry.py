@@ -18,6 +18,7 @@ import numpy as np
 from linkages import InputError
 from linkages.base.arguments import Whole, validated
 from linkages.base.errors import nearest
+from linkages.base.packages import check_installed
 from linkages.input.files.toml import Table, validate
 from optim.algorithms.archive import Archive, by_feasibility, latin_hypercube
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
@@ -37,6 +38,7 @@ class Algorithm(NamedTuple):
     local: bool = False  # searches from a start; its settings have a key `starts`
     several: bool = False  # takes several objectives
     revision: int = 1  # larger if other designs come from a seed than in earlier versions: their stores are refused
+    package: str = ""  # that it needs besides the dependencies of all systems
 
     @property
     def table(self) -> type[Table]:
@@ -68,7 +70,12 @@ ALGORITHMS = {
         revision=3,
     ),
     "snopt": Algorithm(
-        "optim.algorithms.snopt", "snopt", "Snopt", "sequential quadratic programming, Drake's SNOPT", local=True
+        "optim.algorithms.snopt",
+        "snopt",
+        "Snopt",
+        "sequential quadratic programming, Drake's SNOPT",
+        local=True,
+        package="pydrake",
     ),
     "differential-evolution": Algorithm(
         "optim.algorithms.evolution", "evolve", "DifferentialEvolution", "differential evolution, SciPy's"
@@ -182,4 +189,6 @@ def _report(progress: Report, runs: list[Result], starts: int) -> Report:
 def _find(name: str, source: Path | str) -> Algorithm:
     if name not in ALGORITHMS:
         raise InputError(source, name, f"no such algorithm; {nearest(name, ALGORITHMS)}")
+    if package := ALGORITHMS[name].package:
+        check_installed(package, str(source), name)
     return ALGORITHMS[name]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from linkages import InputError
 from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, print_results, record, workers
@@ -15,6 +15,7 @@ from linkages.show.plots.presentation import presentation
 
 if TYPE_CHECKING:
     from optim.identify.load import Identification
+    from optim.identify.result import IdentificationResult
 
 HELP = "find the clearances, frictions, oils and masses that explain measurements"
 WRITES = {
@@ -113,7 +114,7 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
     return 0
 
 
-def _answer(found: dict[str, Any]) -> list[str]:
+def _answer(found: IdentificationResult) -> list[str]:
     said = []
     for name, one in found["parameters"].items():
         if one["interval"]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
 from linkages.base.errors import listed
+from linkages.base.packages import check_installed
 from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, workers, written
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
@@ -17,11 +18,13 @@ from linkages.show.plots.presentation import presentation
 from optim.cli.seeds import seeds_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from concurrent.futures import Executor
 
     from linkages.base.arrays import Array
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.study import Study
+    from optim.search.result import StudyResult
 
 HELP = "find the best design of a linkage; can be stopped and resumed"
 WRITES = {"optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png")}
@@ -80,10 +83,12 @@ def run(options: argparse.Namespace) -> int:
     """Solve every study with every seed; returns the exit status."""
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be at least 1")
+    if options.verify:
+        check_installed("pydrake", "--verify")
     if (code := _tolerances(options)) is not None:
         return code
     root, jobs = _jobs(options)
-    results: list[dict[str, Any]] = []
+    results: list[StudyResult] = []
     with workers(options, "continue with --resume") as pool:
         try:
             for job in jobs:
@@ -123,7 +128,8 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     """Output folder, and every study with every seed, checked before the first begins."""
     from optim.problem.load import find_study, load_study
     from optim.search.derivative_check import check_usable
-    from optim.search.optimise import settings_of, start_of
+    from optim.search.optimise import start_of
+    from optim.search.task import settings_of
 
     studies = [load_study(find_study(file)) for file in options.files]
     for study in studies:
@@ -149,7 +155,9 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[_Task]]:
     return root, jobs
 
 
-def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, workers: int) -> dict[str, Any]:
+def _solve(
+    job: _Task, options: argparse.Namespace, executor: Executor | None, workers: Callable[[], int]
+) -> StudyResult:
     """Solve one study with one seed; writes its folder and returns the content of ``result.json``."""
     import numpy as np
 
@@ -161,7 +169,7 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
     study = job.study
     figure = None if options.no_plots else job.folder / f"{FIGURE}.{presentation().format}"
     observe = Observer(study, job.seed, figure)
-    evaluator = Evaluator(study, executor, 2 * workers, options.threads, progress=observe.runs)
+    evaluator = Evaluator(study, executor, lambda: 2 * workers(), options.threads, progress=observe.runs)
     checks: dict[str, Any] = {}
     if options.check:
         checks["start"] = _check(study, study.nominal if job.start is None else job.start, evaluator, "start")
@@ -176,25 +184,26 @@ def _solve(job: _Task, options: argparse.Namespace, executor: Executor | None, w
             observe=observe,
         )
     if options.check:
-        best = np.array([result["best"]["variables"][path] for path in study.paths])
+        best = np.array([result.best.variables[path] for path in study.paths])
         checks["best"] = _check(study, best, evaluator, "optimum")
-        result["derivatives"] = checks
+        result = result.model_copy(update={"derivatives": checks})
     write_json(job.folder / RESULT, result)
-    if result["front"] and not options.no_plots:
+    if result.front and not options.no_plots:
         from optim.report.figures import write_pareto_front
 
         write_pareto_front(study, result, job.folder / f"{FRONT}.{presentation().format}")
     table = format_result(study, result)
-    question = f"Which design is best: {listed(study.label(name) for name in result['best']['objectives'])}?"
+    question = f"Which design is best: {listed(study.label(name) for name in result.best.objectives)}?"
     record(options, job.folder, study.title, question, result_answer(study, result), table)
     print(table + "\n")
     if options.verify:
         from optim.search.verification import format_verification, verify
 
         print("running the optimum again on Drake ...", file=sys.stderr)
-        result["verification"] = verify(study, result["best"], options.threads, progress_bar("Drake"))
+        verified = verify(study, result.best, options.threads, progress_bar("Drake"))
+        result = result.model_copy(update={"verification": verified})
         write_json(job.folder / RESULT, result)
-        print(format_verification(result["verification"]) + "\n")
+        print(format_verification(verified) + "\n")
     else:
         print("not yet run again on Drake: give --resume --verify\n")
     return result

@@ -21,6 +21,7 @@ EXAMPLES = """examples:
 """
 
 STORE, RESULT = "study.sqlite", "tolerances.json"
+_REQUESTS = 4  # of a chunk for each worker: the last ones end at about the same time
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -56,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
         folder.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
     with workers(options, "continue with --resume") as (executor, count):
-        evaluator = Evaluator(study, executor, 2 * count, options.threads)
+        evaluator = Evaluator(study, executor, lambda: _REQUESTS * count(), options.threads)
         advance = progress_bar(f"{study.source.stem}: machines")
         try:
             result, sample = sampled(study, folder / STORE, seed, options.samples, evaluator, options.resume, advance)

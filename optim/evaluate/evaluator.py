@@ -6,8 +6,7 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from functools import partial
 
@@ -18,11 +17,10 @@ from linkages.results.outputs.registry import IDEAL
 from optim.evaluate.evaluations import INFEASIBLE, NO_VALUE, OK, Evaluations
 from optim.evaluate.limits import FEASIBLE, limits
 from optim.evaluate.machines import Machines
-from optim.evaluate.requests import STATISTICS, Request, RequestEngine, Statistics, joined, run_compiled, run_parts
+from optim.evaluate.remote import Dispatcher, Parcel, shared_part
+from optim.evaluate.requests import STATISTICS, Request, RequestEngine, Statistics, run_compiled, run_parts
 from optim.problem.schema import LIFE, StudyQuantity, Term
 from optim.problem.study import Array, OperatingPoint, Study
-
-_LEAST = 0.5  # work of a request to an executor, whose way there and back takes some milliseconds [s]
 
 #: From `STATISTICS` by name, (m, nw) each, and lengths of the windows, (nw,) [s].
 _FUNCTIONALS: dict[str, Callable[[dict[str, Array], Array], Array]] = {
@@ -45,8 +43,9 @@ class Evaluator:
     study : Study
     executor : Executor, optional
         Where requests are answered; default here.
-    parts : int
-        Requests, at most, that a population is divided into at each operating point; the values do not depend on it.
+    parts : int or callable
+        Requests, at most, that an executor gets of a population at each operating point, or a function that returns
+        them for the workers there are now; the values do not depend on it.
     threads : int, optional
         Threads of the compiled engine; default all there are.
     engine : callable, optional
@@ -68,7 +67,7 @@ class Evaluator:
         self,
         study: Study,
         executor: Executor | None = None,
-        parts: int = 1,
+        parts: int | Callable[[], int] = 1,
         threads: Count | None = None,
         engine: RequestEngine | None = None,
         progress: Callable[[float], None] | None = None,
@@ -78,26 +77,40 @@ class Evaluator:
         self._size = len(study.names)
         self.study = study.with_machines() if searched else study
         self.executor = executor
-        self.parts = max(parts, 1)
+        self._dispatcher = None if executor is None else Dispatcher(executor, parts)
+        self._shared: dict[int, Parcel] = {}  # by operating point
         self.threads = threads
         self.engine = engine or run_compiled
         self.progress = progress if executor is None else None
         terms = [term for _, _, quantity in study.quantities for term in quantity.terms or ()]
         self._outputs = tuple(dict.fromkeys(term.output for term in terms))
-        self._lasts = math.inf  # least time of a design in a request to the executor [s]
         self._used = tuple(dict.fromkeys(term.window for term in terms))
 
     @validated
     def __call__(self, designs: Lines) -> Evaluations:
         """Evaluate designs (m, n), in SI units; a design's values do not depend on the others."""
+        return self.begin(designs)()
+
+    @validated
+    def begin(self, designs: Lines) -> Callable[[], Evaluations]:
+        """Send designs (m, n) to the executor; the returned function waits for the answers, and without one runs them.
+
+        Populations may be begun before earlier ones have ended, so that no worker waits.
+        """
         fitting(designs, self._size, "designs", "variables")
         if self._machines is None:
-            return self._evaluate(designs)
-        return self._machines.combined(self._evaluate(self._machines.rows(designs)))
+            answers = self._begin(designs)
+            return lambda: self._evaluate(designs, answers())
+        machines, rows = self._machines, self._machines.rows(designs)
+        answers = self._begin(rows)
+        return lambda: machines.combined(self._evaluate(rows, answers()))
 
-    def _evaluate(self, designs: Array) -> Evaluations:
+    def population(self, least: int) -> int:
+        """Return how many designs are work enough for all workers, a multiple of `least`; `least` without executor."""
+        return least if self._dispatcher is None else self._dispatcher.population(least)
+
+    def _evaluate(self, designs: Array, points: Sequence[Statistics]) -> Evaluations:
         study = self.study
-        points = self._run(designs) if self._outputs else []
         table = np.column_stack(
             [self._quantity(name, quantity, designs, points) for _, name, quantity in study.quantities]
         )
@@ -106,20 +119,20 @@ class Evaluator:
         split = len(study.file.objectives)
         return Evaluations(table[:, :split], table[:, split:], status, reason)
 
-    def _run(self, designs: Array) -> list[Statistics]:
-        size = max(1, -(-len(designs) // self.parts), math.ceil(_LEAST / self._lasts))
-        requests = [
-            self._request(point, designs[i : i + size])
-            for point in self.study.points
-            for i in range(0, len(designs), size)
-        ]
-        run: Callable[..., Iterable[tuple[Statistics, float]]] = map if self.executor is None else self.executor.map
-        found, seconds = zip(*run(partial(_timed, self._engines()), requests), strict=True)
-        if self.executor is not None:
-            each_lasts = (lasted / len(request.values) for lasted, request in zip(seconds, requests, strict=True))
-            self._lasts = min(self._lasts, *each_lasts)
-        each = len(found) // len(self.study.points)
-        return [joined(found[i : i + each]) for i in range(0, len(found), each)]
+    def _begin(self, designs: Array) -> Callable[[], list[Statistics]]:
+        """Send designs to the executor at every operating point; the function returns their statistics."""
+        dispatcher, points = self._dispatcher, self.study.points if self._outputs else ()
+        if dispatcher is None or not points:
+            return lambda: [run_parts(self._engines(), self._request(point, designs)) for point in points]
+        sent = [dispatcher.send(self._parcel(k), self._values(point, designs)) for k, point in enumerate(points)]
+        return lambda: dispatcher.receive(sent)
+
+    def _parcel(self, k: int) -> Parcel:
+        """Return what all requests at an operating point share."""
+        if k not in self._shared:
+            none = np.empty((0, self._size))
+            self._shared[k] = shared_part(self._engines(), self._request(self.study.points[k], none))
+        return self._shared[k]
 
     def _engines(self) -> dict[str, RequestEngine]:
         """Return what answers for outputs, by what their names begin with."""
@@ -131,12 +144,13 @@ class Evaluator:
         return engines
 
     def _request(self, point: OperatingPoint, designs: Array) -> Request:
-        values, limits = (
-            np.array([self.study.row(design, point) for design in table])
-            for table in (designs, (self.study.lower, self.study.upper))
-        )
+        values, limits = (self._values(point, table) for table in (designs, (self.study.lower, self.study.upper)))
         windows = np.vstack([point.windows[name] for name in self._used])
         return Request(point, values, limits, self._outputs, windows, self.threads, self.progress)
+
+    def _values(self, point: OperatingPoint, designs: Sequence[Array] | Array) -> Array:
+        """Return the values of a point's paths for designs, (m, np)."""
+        return np.array([self.study.row(design, point) for design in designs])
 
     def _quantity(self, name: str, quantity: StudyQuantity, designs: Array, points: Sequence[Statistics]) -> Array:
         """Weighted terms, summed or the extreme one, or a formula, (m,)."""
@@ -254,13 +268,6 @@ class Screened:
                 if not (abs(excess) if limit.equality else excess) <= FEASIBLE:
                     found.append(limit.key)
         return found
-
-
-def _timed(engines: Mapping[str, RequestEngine], request: Request) -> tuple[Statistics, float]:
-    """Have a request answered, and measure the time that it takes [s]."""
-    started = time.perf_counter()
-    found = run_parts(engines, request)
-    return found, time.perf_counter() - started
 
 
 def _aggregate(how: str, values: Sequence[Array] | Array) -> Array:

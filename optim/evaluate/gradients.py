@@ -11,8 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from linkages import Direction, InputError, RunError, Status, Trajectory, simulate
+from linkages import Direction, InputError, RunError, Status, Trajectory
 from linkages.base.arguments import Count, Vector, fitting, validated
+from linkages.engines.assessment import differentiated
 from linkages.engines.threads import in_threads
 from linkages.results.outputs.registry import IDEAL
 from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
@@ -61,6 +62,7 @@ class Gradients:
     def __init__(
         self, study: Study, evaluate: Callable[[Array], Evaluations], nominal: Evaluations, threads: Count | None = None
     ) -> None:
+        check_sensitivities(study)
         self.study, self._evaluate, self._scales = study, evaluate, scales(study, nominal)
         self._threads = threads
         self._terms = {
@@ -68,7 +70,6 @@ class Gradients:
             for _, _, quantity in study.quantities
             for term in quantity.terms or ()
         }
-        check_sensitivities(study)
 
     @validated
     def __call__(self, design: Vector) -> Array:
@@ -105,7 +106,7 @@ class Gradients:
             for name, x, each in zip(study.names, design, rates, strict=True)
         ]
         try:
-            run = simulate(study.system(design, point), outputs=outputs, wrt=wrt)
+            run = differentiated(study.system(design, point), outputs, wrt)
         except (InputError, RunError):
             return {}
         return _functionals(run, point.windows, list(self._terms)) if run.status is Status.OK else {}

@@ -49,13 +49,13 @@ RequestEngine = Callable[[Request], Statistics]
 
 def run_compiled(request: Request) -> Statistics:
     """Run the designs of a request as a batch of the compiled engine."""
-    from linkages import simulate_batch
+    from linkages.engines.compiled.batch.batch import run_batch
 
     point = request.point
     last = {path: k for k, path in enumerate(point.paths)}  # of equal paths the last counts
     columns = list(last.values())
     with _ONE_AT_A_TIME:
-        found = simulate_batch(
+        found = run_batch(
             point.system,
             list(last),
             request.values[:, columns],

@@ -27,7 +27,7 @@ def run_on_drake(request: Request, progress: Callable[[float], None] | None = No
     """
 
     def statistics(i: int, system: System) -> Array:
-        before = i * request.point.system.experiment.duration
+        before = i * request.point.system.settings.duration
         return _of_drake(request, system, progress and (lambda time: progress(before + time)))
 
     return _run_each(request, statistics)

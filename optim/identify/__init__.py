@@ -22,6 +22,7 @@
 | posterior   | samples of the posterior by emcee                                           |
 | plan        | certainty that candidate sensors would give, before any measurement         |
 | writing     | results as text, and as an experiment                                       |
-| content     | the content of ``result.json`` that follows from a fit                      |
+| result      | the result as data, the content of ``result.json``                          |
+| content     | the fields of a result that follow from a fit                               |
 | identify    | all of it                                                                   |
 """

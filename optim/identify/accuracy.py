@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from optim.identify.algebra import inverse
 from optim.identify.budget import USUAL
 from optim.identify.fit import Fitted, fit_again, refine
 from optim.identify.residuals import Residuals
+from optim.identify.result import Accuracy
 from optim.identify.statistics import Statistics
 
 _ENOUGH = 0.1  # largest shift of a value by the error of the runs, in deviations
@@ -49,9 +49,9 @@ class ErrorOfRuns:
     worst: float
     ended: bool = False
 
-    def described(self) -> dict[str, Any]:
-        """Return the error as in ``result.json``."""
-        return {"given": self.given, "used": self.accuracy, "largest_shift": finite(self.worst)}
+    def described(self) -> Accuracy:
+        """Return the error as in a result."""
+        return Accuracy(given=self.given, used=self.accuracy, largest_shift=finite(self.worst))
 
     def warnings(self, seconds: float | None) -> list[str]:
         """Return the notes on the runs after a limit of time [s]."""

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages import simulate_batch
 from linkages.base.arrays import Array
+from linkages.engines.compiled.batch.batch import run_batch
 from optim.identify.curves import step_in_time
 from optim.identify.load import Channel
 from optim.identify.residuals import Residuals
@@ -90,7 +90,7 @@ class _Batch:
         paths = [residuals.task.paths[residuals.active[k]] for k in self._mine]
         values = np.array([residuals.values(z)[self._mine] for z in points])
         outputs = list(dict.fromkeys(c.output for c in channels))
-        found = simulate_batch(
+        found = run_batch(
             self._system, paths, values, outputs, None, threads, lambda part: None, limits=self._limits,
             samples=self._times,
         ).samples  # fmt: skip

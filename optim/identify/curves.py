@@ -6,9 +6,11 @@ import math
 
 import numpy as np
 
-from linkages import InputError, RunError, Status, System, simulate, simulate_batch
+from linkages import InputError, RunError, Status, System
 from linkages.base.arrays import Array
-from linkages.input.model.capabilities import Analysis
+from linkages.elements.analysis import Analysis
+from linkages.engines.assessment import differentiated
+from linkages.engines.compiled.batch.batch import run_batch
 from linkages.results.outputs.columns import Columns
 
 _STEP = 1e-3  # step of differences with respect to time, relative to the interval of samples
@@ -36,7 +38,7 @@ class Curves:
             self._exact = True
         except InputError:
             self._exact = False
-        self._run = simulate(system, outputs=self.outputs, wrt=self.paths if self._exact else ())
+        self._run = differentiated(system, self.outputs, self.paths if self._exact else ())
         self._computed: dict[bytes, Columns] = {}
         self._known: dict[bytes, dict[str, Columns]] = {}
         self.end = float(self._run.time[-1])
@@ -77,6 +79,6 @@ class Curves:
         steps = _DIFFERENCE * np.maximum(np.abs(self.numbers), 1e-9)
         table = np.concatenate([self.numbers + sign * np.diag(steps) for sign in (1.0, -1.0)])
         grid, places = np.unique(times, return_inverse=True)
-        batch = simulate_batch(self.system, self.paths, table, [output], samples=grid, progress=lambda part: None)
+        batch = run_batch(self.system, self.paths, table, [output], samples=grid, progress=lambda part: None)
         plus, minus = np.split(batch.samples[:, :, 0], 2)
         return np.asarray(((plus - minus) / (2.0 * steps[:, None])).T[places], np.float64)

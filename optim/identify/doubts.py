@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from optim.identify.certainty import AT_LIMIT, TIED, Certainty, largest_deviatio
 from optim.identify.correlation import DOUBT
 from optim.identify.fit import Fitted
 from optim.identify.residuals import Residuals
+from optim.identify.result import Pair
 
 #: What all intervals assume.
 ASSUMED = "the intervals hold only if the laws of the model are those of the machine"
@@ -63,7 +63,7 @@ def mixture_text(residuals: Residuals, mixture: Array, least: float = _PART) -> 
     return " together with ".join(f"{name} ({value:+.2g})" for name, value in parts)
 
 
-def correlated(residuals: Residuals, judged: Certainty) -> list[dict[str, Any]]:
+def correlated(residuals: Residuals, judged: Certainty) -> list[Pair]:
     """Return pairs of unknowns that the data determine together, but not separately.
 
     Each has ``unknowns``, ``correlation``, ``together``: the powers, or sums, by which they change together, and
@@ -77,9 +77,9 @@ def correlated(residuals: Residuals, judged: Certainty) -> list[dict[str, Any]]:
             mixture = np.zeros(len(judged.told))
             mixture[i], mixture[k] = scale[i], math.copysign(scale[k], correlation)
             mixture /= largest_deviations(residuals)
-            found.append({
-                "unknowns": [residuals.names[i], residuals.names[k]], "correlation": correlation,
-                "together": mixture_text(residuals, mixture / np.abs(mixture).max(), 0.0),
-                "apart": math.sqrt(max(1.0 - correlation**2, 0.0)),
-            })  # fmt: skip
+            found.append(Pair(
+                unknowns=[residuals.names[i], residuals.names[k]], correlation=correlation,
+                together=mixture_text(residuals, mixture / np.abs(mixture).max(), 0.0),
+                apart=math.sqrt(max(1.0 - correlation**2, 0.0)),
+            ))  # fmt: skip
     return found

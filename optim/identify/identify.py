@@ -1,4 +1,4 @@
-"""`identify`: the values that explain measurements; the content of ``result.json``."""
+"""`identify`: the values that explain measurements."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from typing import Any
 
 from linkages import InputError, RunError
 from linkages.base.arguments import Count, validated
+from linkages.base.packages import check_installed
 from linkages.input.files.toml import leaves
 from linkages.input.files.versions import versions
 from linkages.input.files.writing import write_json
@@ -24,9 +25,10 @@ from optim.identify.certainty import Certainty, certainty
 from optim.identify.content import agreement, best_prediction, content_of, other_laws, parameters, prediction
 from optim.identify.fit import Fitted, agreeing, best_of, fit_all, hopeless, refine, starts
 from optim.identify.load import Identification, described
-from optim.identify.posterior import check_sampler, posterior
+from optim.identify.posterior import posterior
 from optim.identify.profile import profile
 from optim.identify.residuals import Residuals
+from optim.identify.result import Alternative, IdentificationResult
 from optim.identify.statistics import Statistics
 
 SAMPLES = "posterior.bin"  # keeps samples, in the folder of the checkpoint
@@ -47,7 +49,7 @@ def identify(
     threads: Count | None = None,
     executor: Executor | None = None,
     show: Callable[[str], None] = lambda text: None,
-) -> dict[str, Any]:
+) -> IdentificationResult:
     """Find the values that explain the measurements, and how certain they are.
 
     Parameters
@@ -71,8 +73,8 @@ def identify(
 
     Returns
     -------
-    dict
-        The content of ``result.json``, SI units: ``parameters``: by name ``path``, ``value``, ``deviation`` and
+    IdentificationResult
+        Attributes and keys of ``result.json``, SI units: ``parameters``: by name ``path``, ``value``, ``deviation`` and
         ``interval`` of 95 % (None if not identifiable), ``identifiable``; ``nuisance``: gains, offsets, shifts;
         ``residual``, ``correlation``, ``prediction``, ``best_alternative``; ``mixtures`` that the data leave open, and
         ``sensors`` that would determine them; ``warnings``; ``curves`` and ``statistics``: the compared samples or
@@ -89,13 +91,14 @@ def identify(
     --------
     >>> import optim
     >>> found = optim.identify(optim.load_identification("slider_crank_fit"))
-    >>> found["parameters"]["mass"]["interval"][0] < 0.152 < found["parameters"]["mass"]["interval"][1]  # kg
+    >>> interval = found.parameters["mass"].interval
+    >>> interval.lower < 0.152 < interval.upper  # kg
     True
     """
     if not task.measurements:
         raise InputError(task.source, "data", "is missing; add [data.NAME] with file and columns, or give --plan")
     if samples:
-        check_sampler()
+        check_installed("emcee", "--posterior")
         if task.file.fit.windows == "statistics":
             raise InputError(
                 task.source, "fit.windows", 'is "statistics", which have no posterior; leave out --posterior'
@@ -114,15 +117,15 @@ def identify(
         results[name] = _fit(kind(model, active), share, (threads, executor), kept, name, say)
     residuals, found, judged, all_starts, runs = results[""]
     content = content_of(residuals, found, judged, share, runs)
-    content["starts"] = agreement(all_starts, found, judged)
-    content["warnings"] += content["starts"].pop("warnings")
+    content["starts"], doubt = agreement(all_starts, found, judged)
+    content["warnings"] += doubt
     if task.file.alternatives:
         content["alternatives"] = {
-            name or "this": {
-                "prediction": prediction(*results[name][:2], share),
-                "chi_square": results[name][1].cost,
-                "parameters": parameters(*results[name][:3]),
-            }
+            name or "this": Alternative(
+                prediction=prediction(*results[name][:2], share),
+                chi_square=results[name][1].cost,
+                parameters=parameters(*results[name][:3]),
+            )
             for name in results
         }
         content["best_alternative"] = best_prediction(content["alternatives"], residuals)
@@ -130,27 +133,24 @@ def identify(
     if profiles:
         for k, name in enumerate(residuals.names[: len(residuals.active)]):
             show(f"profile of {name}")
-            ends, points, made = profile(residuals, found, judged, k)
-            content["parameters"][name] |= {
-                "profile": points.tolist(),
-                "profile_interval": list(ends),
-                "profile_runs": made,
-            }
+            followed = profile(residuals, found, judged, k)
+            content["parameters"][name] = content["parameters"][name].model_copy(update=followed._asdict())
     if samples:
         store = None if checkpoint is None else checkpoint.with_name(SAMPLES)
-        content["posterior"] = posterior(residuals, found, judged, threads, show, store)
-        if not content["posterior"]["enough"]:
+        content["posterior"] = sampled = posterior(residuals, found, judged, threads, show, store)
+        if not sampled.enough:
             content["warnings"].append(
-                f"the posterior has {content['posterior']['autocorrelation_times']:.2g} autocorrelation times, not 50:"
+                f"the posterior has {sampled.autocorrelation_times:.2g} autocorrelation times, not 50:"
                 " its intervals are uncertain; raise fit.posterior_runs, and continue with --resume"
             )
-    return content | {
-        "title": task.title,
-        "file": described(task),
-        "runs": sum(one.runs for one in all_starts) + max(found.runs - max(one.runs for one in all_starts), 0),
-        "versions": versions("scipy"),
-        "wall_time": time.perf_counter() - begun,
-    }
+    return IdentificationResult(
+        **content,
+        title=task.title,
+        file=described(task),
+        runs=sum(one.runs for one in all_starts) + max(found.runs - max(one.runs for one in all_starts), 0),
+        versions=dict(versions("scipy")),
+        wall_time=time.perf_counter() - begun,
+    )
 
 
 def _labelled(show: Callable[[str], None], label: str, text: str) -> None:
@@ -177,7 +177,7 @@ def _fit(
     residuals.budget = search_budget(fit.time)
     first, last = residuals.span()
     last = last - share * (last - first)
-    touches = any(one.system.experiment.can_touch for one in residuals.task.measurements)
+    touches = any(one.system.can_touch for one in residuals.task.measurements)
     windows = fit.windows or ("impacts" if touches else "all")
     found: list[Fitted] = []
     points = starts(residuals, fit.starts, fit.seed, last, windows)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 from scipy.stats import qmc
 
-from linkages import simulate_batch
 from linkages.base.arrays import Array
+from linkages.engines.compiled.batch.batch import run_batch
 from optim.identify.filters import filtered
 from optim.identify.load import Channel, Measurement
 from optim.identify.residuals import Residuals
@@ -123,7 +123,7 @@ def _costs_of(residuals: Residuals, m: int, one: Measurement, points: Array, hor
     first = round((float(times[0]) + (0.0 if places else one.shift)) / interval)
     grid: Array = interval * np.arange(max(first + count + int(moves.max()), 2), dtype=np.float64)
     mine, outputs = residuals.owned(one), list(dict.fromkeys(c.output for c in one.channels))
-    batch: Any = simulate_batch(
+    batch: Any = run_batch(
         one.system.replaced({"duration": float(grid[-1])}), [residuals.task.paths[residuals.active[k]] for k in mine],
         np.array([residuals.values(z)[mine] for z in points]), outputs, samples=grid, progress=lambda part: None,
     )  # fmt: skip

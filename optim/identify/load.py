@@ -237,7 +237,7 @@ def _channel(
         times = recording.column(data.time.column, "s", data.time.unit)
         values = recording.column(column.column or name, si_unit, column.unit)
         _check_samples(times, values)
-        _check_times(times, data.time.shift, system.experiment.duration)
+        _check_times(times, data.time.shift, system.settings.duration)
         sections = None if column.filter is None else sections_of(column.filter, times)
         deviation = _deviation(column, recording, column.column or name, si_unit)
     raw, values = values, filtered(values, sections)
@@ -286,7 +286,7 @@ def _deviation(column: MeasuredColumn, recording: Recording, name: str, si_unit:
     """Return the standard deviation of a sample in SI; NaN if none is given."""
     if column.deviation is None:
         return math.nan
-    stated = column.unit or recording.units.get(name) or si_unit
+    stated = recording.stated(name, si_unit, column.unit)
     factor = 1.0 if stated == si_unit else si(f"1 {stated}", si_unit) - si(f"0 {stated}", si_unit)
     size = si(column.deviation, si_unit) if isinstance(column.deviation, str) else column.deviation * factor
     if not size > 0.0:
@@ -298,7 +298,7 @@ def described(identification: Identification) -> Mapping[str, Any]:
     """Return what determines the numbers of an identification, JSON types."""
     content = hashlib.sha256()
     for one in identification.measurements:
-        content.update(one.system.mechanism.source.read_bytes())
+        content.update(one.system.description.machine_source.read_bytes())
         content.update(one.system.experiment.model_dump_json(exclude={"title"}).encode())
         for channel in one.channels:
             content.update(channel.times.tobytes() + channel.values.tobytes())

@@ -62,7 +62,7 @@ def plan(task: Identification, show: Callable[[str], None] = lambda text: None) 
             changed["duration"] = wanted.duration
         with within(task.source, "plan"):
             system = task.system.replaced(changed) if changed else task.system
-        if system.experiment.duration * wanted.rate < _FEWEST:
+        if system.settings.duration * wanted.rate < _FEWEST:
             raise InputError(task.source, "plan.rate", f"gives less than {_FEWEST} samples; give a higher one")
         show("plan" if value is None else f"plan, {wanted.vary} = {value:g}")
         one, owners = _planned(task, wanted, system), (None,) * len(task.names)
@@ -97,7 +97,7 @@ def _planned(task: Identification, wanted: Plan, system: System) -> Measurement:
 
 def _measurement(name: str, system: System, sensors: Iterable[Sensor], rate: float, shift: float) -> Measurement:
     """Return a measurement, the values of which are zero, with samples at a rate [Hz]."""
-    times = np.arange(0.0, system.experiment.duration * (1.0 + 1e-12), 1.0 / rate)
+    times = np.arange(0.0, system.settings.duration * (1.0 + 1e-12), 1.0 / rate)
     none = np.zeros(len(times))
     channels = (
         Channel(one.name, one.output, "", times, none, none, one.deviation, one.gain, one.offset, None)
@@ -156,9 +156,9 @@ def missing_sensors(residuals: Residuals, z: Array, jacobian: Array, rate: float
     """
     task, n, first = residuals.task, len(residuals.active), residuals.task.measurements[0]
     measured = {channel.output for measurement in task.measurements for channel in measurement.channels}
-    system = first.system.replaced({"duration": min(residuals.span()[1], task.system.experiment.duration)})
+    system = first.system.replaced({"duration": min(residuals.span()[1], task.system.settings.duration)})
     outputs = [name for name in default_outputs(system) if unit(system, name)] or list(default_outputs(system))
-    outputs += [f"{name}.eccentricity_ratio" for name in system.experiment.play]
+    outputs += [f"{name}.eccentricity_ratio" for name in system.play]
     known = [Sensor(name, name) for name in dict.fromkeys(outputs) if name not in measured and _exists(system, name)]
     one = _measurement(first.name, system, known, rate, first.shift)
     further = Residuals(replace(task, measurements=(one,)), tuple(residuals.names[:n]))

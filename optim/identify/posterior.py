@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from linkages import InputError, RunError
+from linkages import RunError
 from linkages.base.arrays import Array
 from optim.identify.batches import SumsOfSquares
 from optim.identify.certainty import LEVEL, Certainty
 from optim.identify.fit import Fitted
 from optim.identify.residuals import Residuals
+from optim.identify.result import Interval, Posterior, Sampled
 
 _WALKERS = 16  # at least, and at least three for each value
 _ENOUGH = 50  # autocorrelation times
@@ -26,12 +25,6 @@ _REACH = 6.0  # largest distance of a fitted shift from its best value, in devia
 _KEPT = 2000  # samples in the result
 
 
-def check_sampler() -> None:
-    """Raise an InputError if emcee is not installed."""
-    if importlib.util.find_spec("emcee") is None:
-        raise InputError("--posterior", "", 'needs emcee: pip install "linkages[posterior]"')
-
-
 def posterior(
     residuals: Residuals,
     found: Fitted,
@@ -39,7 +32,7 @@ def posterior(
     threads: int | None = None,
     show: Callable[[str], None] = lambda text: None,
     store: Path | None = None,
-) -> dict[str, Any]:
+) -> Posterior:
     """Sample all values, by walkers that start from the linear covariance (Foreman-Mackey and others 2013).
 
     The residuals are normal; their sum of squares is divided by the mean inflation of the linear variances. An unknown
@@ -87,13 +80,15 @@ def posterior(
         raise RunError("the walkers of the posterior do not move: narrow the limits of the unknowns")
     chain = sampler.get_chain(discard=min(math.ceil(_BEGINNING * time), sampler.iteration // 2))
     values = np.array([[residuals.values(z) for z in line] for line in chain])
-    return _content(residuals, values) | {
-        "walkers": count,
-        "runs": sampler.iteration * count,
-        "acceptance": float(sampler.acceptance_fraction.mean()),
-        "autocorrelation_times": sampler.iteration / time,
-        "enough": sampler.iteration >= _ENOUGH * time,
-    }
+    return Posterior(
+        parameters=_parameters(residuals, values),
+        samples=np.concatenate(values[:: math.ceil(values.shape[0] * values.shape[1] / _KEPT)]).tolist(),
+        walkers=count,
+        runs=sampler.iteration * count,
+        acceptance=float(sampler.acceptance_fraction.mean()),
+        autocorrelation_times=sampler.iteration / time,
+        enough=bool(sampler.iteration >= _ENOUGH * time),
+    )
 
 
 class _Stored:
@@ -130,14 +125,11 @@ def _covariance(residuals: Residuals, jacobian: Array) -> Array:
     return np.asarray(np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale), np.float64)
 
 
-def _content(residuals: Residuals, values: Array) -> dict[str, Any]:
+def _parameters(residuals: Residuals, values: Array) -> dict[str, Sampled]:
     """Summarise a chain (steps, walkers, n) of the unknowns."""
     ends = np.quantile(values, [0.5, 0.5 - LEVEL / 2.0, 0.5 + LEVEL / 2.0], axis=(0, 1)).T.tolist()
-    spread, count = values.std(axis=(0, 1)).tolist(), values.shape[0] * values.shape[1]
+    spread = values.std(axis=(0, 1)).tolist()
     return {
-        "parameters": {
-            name: {"median": middle, "deviation": deviation, "interval": [low, high]}
-            for name, (middle, low, high), deviation in zip(residuals.names, ends, spread, strict=False)
-        },
-        "samples": np.concatenate(values[:: math.ceil(count / _KEPT)]).tolist(),
+        name: Sampled(median=middle, deviation=deviation, interval=Interval(low, high))
+        for name, (middle, low, high), deviation in zip(residuals.names, ends, spread, strict=False)
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
@@ -11,6 +12,7 @@ from linkages.base.arrays import Array
 from optim.identify.certainty import LEVEL, Certainty
 from optim.identify.fit import Fitted
 from optim.identify.residuals import Residuals
+from optim.identify.result import Interval, Rise
 from optim.identify.search import Search
 
 _MOST = 15  # runs on each side
@@ -18,11 +20,18 @@ _FEW = 4  # runs at a value: the others start from where they should be
 _CLOSE = 0.02  # of the root of the difference of chi-square, relative
 
 
-def profile(residuals: Residuals, found: Fitted, judged: Certainty, k: int) -> tuple[tuple[float, float], Array, int]:
+class Profile(NamedTuple):
+    """Points of a profile, the interval of the unknown, and the number of runs."""
+
+    profile: list[Rise]
+    profile_interval: Interval
+    profile_runs: int
+
+
+def profile(residuals: Residuals, found: Fitted, judged: Certainty, k: int) -> Profile:
     """Follow the least chi-square over unknown k, to both sides up to where it has risen by that of the interval.
 
-    Returns the interval of the unknown, points (np, 2) with its value and the rise of chi-square, and the number of
-    runs. A rise counts less where the fit's variance is larger than that of independent residuals.
+    A rise counts less where the fit's variance is larger than that of independent residuals.
     """
     wanted = math.sqrt(float(chi2.ppf(LEVEL, 1)))
     least, unit = float(np.sum(found.evaluated.residual**2)), float(judged.inflation[k])
@@ -48,7 +57,7 @@ def profile(residuals: Residuals, found: Fitted, judged: Certainty, k: int) -> t
         if 0.0 < reached < math.inf and moved[k] not in (residuals.lower[k], residuals.upper[k]):
             moved[k] = np.clip(found.z[k] + at * wanted / reached, residuals.lower[k], residuals.upper[k])
         ends.append(float(residuals.values(moved)[k]))
-    return (ends[0], ends[1]), np.array(sorted(points)), runs
+    return Profile([Rise(*point) for point in sorted(points)], Interval(*ends), runs)
 
 
 def _linear(judged: Certainty, k: int, residuals: Residuals) -> float:

@@ -103,7 +103,7 @@ class Residuals:
 
     def accuracy(self) -> float:
         """Return the coarsest accuracy of the machines' runs."""
-        return max(one.system.experiment.solver.accuracy for one in self.task.measurements)
+        return max(one.system.settings.accuracy for one in self.task.measurements)
 
     def at_accuracy(self, accuracy: float) -> Self:
         """Return the same residuals from runs that are at least as accurate."""
@@ -290,6 +290,6 @@ class Residuals:
 
 
 def _accurate(one: Measurement, accuracy: float) -> Measurement:
-    if one.system.experiment.solver.accuracy <= accuracy:
+    if one.system.settings.accuracy <= accuracy:
         return one
     return replace(one, system=one.system.replaced({"solver.accuracy": accuracy}))

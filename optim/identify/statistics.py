@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.stats import qmc
 
-from linkages import InputError, RunError, simulate_batch
+from linkages import InputError, RunError
 from linkages.base.arrays import Array
+from linkages.engines.compiled.batch.batch import run_batch
 from optim.identify.load import Channel, Identification, Measurement
 from optim.identify.residuals import Residuals
 
@@ -119,7 +120,7 @@ class Statistics(Residuals):
         outputs = list(dict.fromkeys(c.output for c in one.channels))
         system = one.system.replaced({"duration": float(grid[-1])})
         table = np.array([self.values(z)[mine] for z in points])
-        batch: Any = simulate_batch(system, paths, table, outputs, samples=grid, progress=lambda part: None)
+        batch: Any = run_batch(system, paths, table, outputs, samples=grid, progress=lambda part: None)
         noise, found = np.random.default_rng(m), []
         for c, (channel, times) in enumerate(zip(one.channels, used, strict=True)):
             places = np.searchsorted(grid, np.maximum(times, 0.0))

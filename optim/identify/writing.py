@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from linkages.base.brief import cell, counted
 from linkages.input.files.toml import leaves
 from linkages.input.model.editing import edited
 from optim.identify.load import Identification
+from optim.identify.result import IdentificationResult
 
 
-def format_identification(found: Mapping[str, Any]) -> str:
+def format_identification(found: IdentificationResult) -> str:
     """Format a result as lines of text.
 
     Parameters
     ----------
-    found : dict
-        Content of ``result.json``, from `optim.identify`.
+    found : IdentificationResult
+        From `optim.identify`.
 
     Examples
     --------
@@ -94,7 +93,7 @@ def format_identification(found: Mapping[str, Any]) -> str:
     return "\n".join(lines + [f"warning: {one}" for one in found["warnings"]])
 
 
-def fitted_experiment(task: Identification, found: Mapping[str, Any], target: Path) -> str:
+def fitted_experiment(task: Identification, found: IdentificationResult, target: Path) -> str:
     """Return the text of the experiment with the values that were found; comments state their deviations."""
     values = dict(leaves(task.file.set))
     origins = dict.fromkeys(values, f"set ({task.source.name})")

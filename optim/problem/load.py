@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages import Experiment, InputError, System, find_file, load
+from linkages import InputError, System, find_file, load
 from linkages.base.errors import AssemblyError, RunError, nearest
 from linkages.engines.compiled.effects import differ, explained, varied
 from linkages.input.files.formula import Formula, parse
@@ -222,29 +222,27 @@ def _point(
     with within(path, where if file.points else "nominal design"):
         system = base.replaced(replaced)
         system.replaced(design)
-    windows = {
-        key: _times(path, f"windows.{key}", window, system.experiment, design) for key, window in file.windows.items()
-    }
-    windows["run"] = np.array([[0.0, system.experiment.duration]])
+    windows = {key: _times(path, f"windows.{key}", window, system, design) for key, window in file.windows.items()}
+    windows["run"] = np.array([[0.0, system.settings.duration]])
     return OperatingPoint(name, system, (*variables.values(), *formulas), tuple(formulas.values()), windows)
 
 
-def _times(path: Path, where: str, window: StudyWindow, experiment: Experiment, design: Mapping[str, float]) -> Array:
+def _times(path: Path, where: str, window: StudyWindow, system: System, design: Mapping[str, float]) -> Array:
     """Make the times of a window, (count, 2) [s]."""
     unit, drive, key = 1.0, window.revolutions_of, f"{where}.revolutions_of"
     if drive is not None:
-        if drive not in experiment.drives:
-            raise InputError(path, key, f'no drive "{drive}"; {nearest(drive, experiment.drives)}')
-        speed = experiment.drives[drive].speed
+        if drive not in system.drives:
+            raise InputError(path, key, f'no drive "{drive}"; {nearest(drive, system.drives)}')
+        speed = system.drives[drive].speed
         if not speed or f"drives.{drive}.speed" in design:
             raise InputError(path, key, f"{drive} has no constant speed; give times [s]")
         unit = 2.0 * math.pi / abs(speed)
     edges = unit * np.linspace(window.start, window.end, window.count + 1)
-    if edges[-1] > experiment.duration * (1.0 + 1e-12):
+    if edges[-1] > system.settings.duration * (1.0 + 1e-12):
         raise InputError(
-            path, where, f"ends at {edges[-1]:.6g} s, after the run's {experiment.duration:g} s; set duration"
+            path, where, f"ends at {edges[-1]:.6g} s, after the run's {system.settings.duration:g} s; set duration"
         )
-    edges[-1] = min(edges[-1], experiment.duration)
+    edges[-1] = min(edges[-1], system.settings.duration)
     return np.column_stack([edges[:-1], edges[1:]])
 
 

@@ -15,6 +15,7 @@ from linkages import System
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.input.files.formula import Formula
+from linkages.system.identity import input_tables
 from optim.problem.scatter import Scatter, content
 from optim.problem.schema import Constraint, Objective, StudyFile
 
@@ -184,7 +185,7 @@ class Study(Brief):
 
         A store can be resumed by a study of the same description, so its content must not change.
         """
-        machine = self.points[0].system.mechanism.source
+        machine = self.points[0].system.description.machine_source
         return {
             "problem": self.file.model_dump(exclude={"title", "seed", "algorithm", "experiment", "designs"}),
             "scatter": {} if self.scatter is None else content(self.scatter),
@@ -192,5 +193,5 @@ class Study(Brief):
             "upper": self.upper.tolist(),
             "nominal": self.nominal.tolist(),
             "machine": hashlib.sha256(machine.read_bytes()).hexdigest(),
-            "experiments": {p.name: p.system.experiment.model_dump(exclude={"title"}) for p in self.points},
+            "experiments": {p.name: input_tables(p.system, without=("title",)) for p in self.points},
         }

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from linkages.base.palette import IDEAL, INK, MEASURED
 from linkages.show.plots.style import COLORS, axis_label, typeset
+from optim.identify.result import IdentificationResult
 from optim.report.figures import png
 
 
-def write_identification(found: Mapping[str, Any], folder: Path, form: str = "png") -> None:
+def write_identification(found: IdentificationResult, folder: Path, form: str = "png") -> None:
     """Write figures: ``fit``, ``correlation``, ``windows`` and, if they are known, ``profiles`` and ``posterior``.
 
     Parameters
     ----------
-    found : mapping
-        Content of ``result.json``, from `optim.identify`.
+    found : IdentificationResult
+        From `optim.identify`.
     folder : Path
     form : str
         Format of the files.
@@ -45,16 +45,16 @@ def write_identification(found: Mapping[str, Any], folder: Path, form: str = "pn
         _write_posterior(found, folder / f"posterior.{form}")
 
 
-def _write_fit(found: Mapping[str, Any], path: Path) -> None:
+def _write_fit(found: IdentificationResult, path: Path) -> None:
     curves = found["curves"]
     with png(path, 8.0, 2.2 * len(curves) + 0.6) as figure:
         axes = np.atleast_2d(figure.subplots(len(curves), 2, squeeze=False, gridspec_kw={"width_ratios": (3, 2)}))
         for (left, right), (name, curve) in zip(axes, curves.items(), strict=True):
             time, measured, computed = (np.array(curve[key]) for key in ("time", "measured", "computed"))
-            left.plot(time, measured, ".", color=COLORS[1], markersize=2.0, label="measured")
+            left.plot(time, measured, ".", color=MEASURED, markersize=2.0, label="measured")
             left.plot(time, computed, color=COLORS[0], linewidth=1.0, label="computed")
             left.set_ylabel(axis_label(name, typeset(curve["unit"])))
-            right.plot(time, measured - computed, ".", color=COLORS[2], markersize=2.0)
+            right.plot(time, measured - computed, ".", color=INK, markersize=2.0)
             right.axhline(0.0, color="0.5", linewidth=0.6)
             right.set_ylabel(axis_label("residual", typeset(curve["unit"])))
         axes[0, 0].legend()
@@ -62,7 +62,7 @@ def _write_fit(found: Mapping[str, Any], path: Path) -> None:
             ax.set_xlabel("time of the file [s]")
 
 
-def _write_correlation(found: Mapping[str, Any], path: Path) -> None:
+def _write_correlation(found: IdentificationResult, path: Path) -> None:
     names = found["correlation"]["names"]
     matrix = np.array([[np.nan if x is None else x for x in row] for row in found["correlation"]["matrix"]])
     size = 2.2 + 0.55 * len(names)
@@ -79,7 +79,7 @@ def _write_correlation(found: Mapping[str, Any], path: Path) -> None:
         figure.colorbar(image, ax=ax)
 
 
-def _write_windows(found: Mapping[str, Any], path: Path) -> None:
+def _write_windows(found: IdentificationResult, path: Path) -> None:
     runs, ends, mean = np.array(found["history"]).T
     with png(path, 5.0, 3.2) as figure:
         ax = figure.subplots()
@@ -91,7 +91,7 @@ def _write_windows(found: Mapping[str, Any], path: Path) -> None:
             ax.annotate(f"{count:.0f} runs", (x, y), textcoords="offset points", xytext=(3, 5), fontsize=7)
 
 
-def _write_profiles(found: Mapping[str, Any], path: Path) -> None:
+def _write_profiles(found: IdentificationResult, path: Path) -> None:
     shown = {name: one for name, one in found["parameters"].items() if "profile" in one}
     with png(path, 3.2 * len(shown), 3.0) as figure:
         for ax, (name, one) in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True):
@@ -99,7 +99,14 @@ def _write_profiles(found: Mapping[str, Any], path: Path) -> None:
             ax.plot(points[:, 0], points[:, 1], "o", color=COLORS[0], label="profile")
             if one["deviation"]:
                 values = np.linspace(points[0, 0], points[-1, 0], 100)
-                ax.plot(values, ((values - one["value"]) / one["deviation"]) ** 2, color=COLORS[1], label="linear")
+                ax.plot(
+                    values,
+                    ((values - one["value"]) / one["deviation"]) ** 2,
+                    color=IDEAL,
+                    linewidth=3.0,
+                    zorder=1,
+                    label="linear",
+                )
             ax.axhline(3.84, color="0.5", linestyle="--", label="95 %")
             ax.xaxis.set_major_locator(MaxNLocator(4))
             ax.ticklabel_format(axis="x", scilimits=(-2, 3))
@@ -108,7 +115,7 @@ def _write_profiles(found: Mapping[str, Any], path: Path) -> None:
             ax.legend()
 
 
-def _write_posterior(found: Mapping[str, Any], path: Path) -> None:
+def _write_posterior(found: IdentificationResult, path: Path) -> None:
     """Draw the samples of each pair of unknowns, and histograms, with the values and intervals of the fit."""
     samples, n = np.array(found["posterior"]["samples"]), len(found["parameters"])
     with png(path, 1.9 * n + 0.8, 1.7 * n + 0.8) as figure:
@@ -126,8 +133,8 @@ def _write_posterior(found: Mapping[str, Any], path: Path) -> None:
                     ax.axvline(x, color="0.4", linestyle="--", linewidth=0.8)
             else:
                 ax.plot(samples[:, k], samples[:, i], ".", color=COLORS[0], markersize=1.5, alpha=0.4)
-                ax.axhline(list(found["parameters"].values())[i]["value"], color=COLORS[1], linewidth=0.8)
-            ax.axvline(one["value"], color=COLORS[1], linewidth=0.8)
+                ax.axhline(list(found["parameters"].values())[i]["value"], color=INK, linewidth=0.8)
+            ax.axvline(one["value"], color=INK, linewidth=0.8)
             ax.ticklabel_format(scilimits=(-2, 3))
             if i == n - 1:
                 ax.set_xlabel(f"{name} [{one['unit'] or '1'}]", loc="left")  # beside the power of ten

@@ -10,6 +10,7 @@ from tqdm import tqdm
 
 from linkages.cli.progress import silence
 from optim.algorithms.nlp import Values
+from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Study
 from optim.store.store import Iteration
 
@@ -24,7 +25,8 @@ class Observer:
         self.title = f"{study.source.stem}, seed {seed}"
         self.study, self.figure, self._stage = study, figure, self.title
         self._next = time.monotonic() + _EVERY
-        self._rows: list[Iteration] = []
+        self._parts: list[Values] = []
+        self._best = np.full(len(study.file.objectives), np.inf)  # least value of each objective of a feasible design
 
     def __enter__(self) -> Observer:
         self._bar = tqdm(
@@ -42,14 +44,15 @@ class Observer:
         self._bar.close()
         self._draw()
 
-    def __call__(self, row: Iteration, nominal: Values) -> None:
-        """Show an iteration."""
-        self._rows.append(row)
-        self._nominal = nominal
+    def __call__(self, row: Iteration, fresh: Values) -> None:
+        """Show an iteration, and the best of all designs; `fresh` has the values of those since the last call."""
+        self._parts.append(fresh)
+        feasible = fresh.objectives[fresh.violation <= FEASIBLE]
+        self._best = np.minimum(self._best, feasible.min(axis=0, initial=np.inf))
         self._bar.total = max(row.iterations, 1)
-        self._bar.set_postfix_str(self._best(row), refresh=False)
+        self._bar.set_postfix_str(self.told(), refresh=False)
         self._bar.update(row.iteration - self._bar.n)
-        self._stage = f"{self.title}, iteration {row.iteration} of {row.iterations}, {self._best(row)}"
+        self._stage = f"{self.title}, iteration {row.iteration} of {row.iterations}, {self.told()}"
         silence.stage = self._stage
         if not self._bar.disable:
             silence.broken()
@@ -62,15 +65,16 @@ class Observer:
         """Show the finished fraction of the designs that are being evaluated."""
         silence.stage = f"{self._stage}; next designs: {part:.0%}"
 
-    def _best(self, row: Iteration) -> str:
-        if np.isnan(row.best_feasible).all():
+    def told(self) -> str:
+        """Name the best value of each objective so far."""
+        if np.isinf(self._best).all():
             return "no design satisfies the constraints yet"
-        best = zip(self.study.file.objectives, self.study.signs, row.best_feasible, strict=True)
+        best = zip(self.study.file.objectives, self.study.signs, self._best, strict=True)
         return "best " + ", ".join(f"{self.study.label(name)} {sign * x:.5g}" for name, sign, x in best)
 
     def _draw(self) -> None:
-        if self.figure is None or not self._rows:
+        if self.figure is None or not self._parts:
             return
         from optim.report.figures import write_convergence
 
-        write_convergence(self.study, self.title, self._rows, self._nominal, self.figure)
+        write_convergence(self.study, self.title, Values.join(self._parts), self.figure)

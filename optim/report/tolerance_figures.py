@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from linkages.base.palette import LIMIT
 from linkages.show.plots.presentation import presentation
 from linkages.show.plots.style import COLORS, axis_label, typeset
 from optim.problem.study import Study
-from optim.report.figures import label_of, png
+from optim.report.figures import draw_shares, label_of, png
 from optim.search.sampled_machines import Sample
+from optim.search.tolerance_result import QuantityStatistics, ToleranceResult
 
 _SHOWN = 2000  # points of a figure, at most
-_GOOD, _BAD = COLORS[0], COLORS[1]
+_GOOD, _BAD = COLORS[0], LIMIT
 
 
-def write_tolerances(study: Study, result: Mapping[str, Any], sample: Sample, folder: Path) -> list[str]:
+def write_tolerances(study: Study, result: ToleranceResult, sample: Sample, folder: Path) -> list[str]:
     """Draw all figures of a study of tolerances into a folder; return their names."""
     quantities = {name: entry for name, entry in result["outputs"].items() if "histogram" in entry}
     if not quantities:
@@ -32,7 +33,9 @@ def write_tolerances(study: Study, result: Mapping[str, Any], sample: Sample, fo
     return names
 
 
-def _write_histograms(study: Study, result: Mapping[str, Any], quantities: Mapping[str, Any], path: Path) -> None:
+def _write_histograms(
+    study: Study, result: ToleranceResult, quantities: Mapping[str, QuantityStatistics], path: Path
+) -> None:
     """Draw the distribution of each quantity with its limits."""
     with png(path, 1.0 + 3.2 * len(quantities), 3.0) as figure:
         axes = figure.subplots(1, len(quantities), sharey=True, squeeze=False)[0]
@@ -57,23 +60,26 @@ def _write_histograms(study: Study, result: Mapping[str, Any], quantities: Mappi
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
 
 
-def _write_contributions(study: Study, result: Mapping[str, Any], quantities: Mapping[str, Any], path: Path) -> None:
+def _write_contributions(
+    study: Study, result: ToleranceResult, quantities: Mapping[str, QuantityStatistics], path: Path
+) -> None:
     """Draw the shares of the variance of each quantity, and the yields of halved tolerances."""
-    places = np.arange(len(study.names))
+    places = np.arange(len(study.names), dtype=np.float64)
     with png(path, 2.2 + 2.4 * (len(quantities) + 1), 1.3 + 0.42 * len(places)) as figure:
         axes = figure.subplots(1, len(quantities) + 1, sharey=True, squeeze=False)[0]
         for ax, (name, entry) in zip(axes, quantities.items(), strict=False):
             if entry["variance"] is not None:
                 rows = [entry["variance"]["values"][one] for one in study.names]
                 for key, shift, colour, text in (
-                    ("first", -0.2, COLORS[5], "alone"),
+                    ("first", -0.2, COLORS[3], "alone"),
                     ("total", 0.2, COLORS[0], "with others"),
                 ):
-                    errors = [1.96 * row[f"{key}_error"] for row in rows]
-                    ax.barh(places + shift, [row[key] for row in rows], 0.38, xerr=errors, color=colour, label=text)
+                    half = 1.96 * np.array([row[f"{key}_error"] for row in rows], dtype=np.float64)
+                    share = np.array([row[key] for row in rows], dtype=np.float64)
+                    draw_shares(ax, places + shift, share, half, colour, text)
             ax.set_title(label_of(study, name), fontsize=9)
             ax.set_xlabel("share of the variance [1]")
-            ax.set_xlim(min(0.0, ax.get_xlim()[0]), 1.0)
+            ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
         found = {name: one for name, one in result["contributions"].items() if one["halved"] is not None}
         axes[-1].errorbar(
             [100.0 * one["halved"] for one in found.values()],
@@ -90,7 +96,7 @@ def _write_contributions(study: Study, result: Mapping[str, Any], quantities: Ma
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
 
 
-def _write_influence(study: Study, quantities: Mapping[str, Any], sample: Sample, path: Path) -> None:
+def _write_influence(study: Study, quantities: Mapping[str, QuantityStatistics], sample: Sample, path: Path) -> None:
     """Draw the machines over the two values that explain most of the scatter."""
     weight = np.zeros(len(study.names))
     for entry in quantities.values():

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from linkages.base.brief import cell, counted
 from optim.problem.study import Study
+from optim.search.tolerance_result import Halved, QuantityStatistics, Rare, ToleranceResult
 from optim.search.tolerance_statistics import clopper_pearson
 
 _NOTICED = 0.01  # share of the variance, or of rare machines, from which an unpredictable or failed part is reported
 _INSIDE = 0.05  # share of the machines beyond the corners of the limits from which it is reported
 
 
-def format_tolerances(study: Study, result: dict[str, Any]) -> str:
+def format_tolerances(study: Study, result: ToleranceResult) -> str:
     """Format the yield, the quantities, and the contributions of tolerances, as lines of text.
 
     Parameters
     ----------
     study : Study
-    result : dict
+    result : ToleranceResult
         From `optim.tolerances`.
 
     Examples
@@ -43,7 +43,7 @@ def format_tolerances(study: Study, result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _rare(result: dict[str, Any]) -> list[str]:
+def _rare(result: ToleranceResult) -> list[str]:
     """Format the share of machines beyond each limit that few exceed, and the unknown part."""
     lines = [""] if result["rare"] else []
     for key, entry in result["rare"].items():
@@ -59,7 +59,7 @@ def _rare(result: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _share(entry: dict[str, Any], confidence: float) -> str:
+def _share(entry: Rare, confidence: float) -> str:
     """Write a rare share with its interval, or why there is none."""
     if entry["interval"] is None:
         return f"share unknown: {entry['unknown']}"
@@ -70,7 +70,7 @@ def _share(entry: dict[str, Any], confidence: float) -> str:
     return f"share {entry['share']:.3g}, interval of {confidence:.0%} confidence {low:.2g} to {high:.2g}{doubt}"
 
 
-def _quantities(study: Study, result: dict[str, Any]) -> list[str]:
+def _quantities(study: Study, result: ToleranceResult) -> list[str]:
     """Format a block for each quantity: moments, quantiles, limits, shares of the variance."""
     lines = []
     for name, entry in result["outputs"].items():
@@ -86,7 +86,7 @@ def _quantities(study: Study, result: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _moments(entry: dict[str, Any]) -> list[str]:
+def _moments(entry: QuantityStatistics) -> list[str]:
     """Format mean, deviation, capability and quantiles of a quantity, and its unpredictable part."""
     index = "" if entry["capability"] is None else f", capability {entry['capability']:.2f}"
     low, high = entry["quantiles"]["0.05"], entry["quantiles"]["0.95"]
@@ -105,7 +105,7 @@ def _moments(entry: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _corners(entry: dict[str, Any]) -> list[str]:
+def _corners(entry: QuantityStatistics) -> list[str]:
     """Format the range of a quantity at the corners of the limits, and whether other machines exceed it."""
     if (corners := entry.get("corners")) is None:
         return []
@@ -122,7 +122,7 @@ def _corners(entry: dict[str, Any]) -> list[str]:
     return [text]
 
 
-def _shares(entry: dict[str, Any]) -> list[str]:
+def _shares(entry: QuantityStatistics) -> list[str]:
     shares, linear = entry["variance"], entry["first_order"]
     if shares is None:
         return []
@@ -141,7 +141,7 @@ def _shares(entry: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _contributions(result: dict[str, Any]) -> list[str]:
+def _contributions(result: ToleranceResult) -> list[str]:
     now = result["yield"]["value"]
     if now in (0.0, 1.0):
         return ["", "all machines meet the limits" if now else "no machine meets all limits"]
@@ -151,7 +151,7 @@ def _contributions(result: dict[str, Any]) -> list[str]:
     ]
 
 
-def _halved(now: float, one: dict[str, float | None]) -> str:
+def _halved(now: float, one: Halved) -> str:
     """Write the yield of half a tolerance, or that no machine tells it."""
     if one["halved"] is None or one["error"] is None:
         return "yield unknown, too few machines lie within it"

@@ -15,11 +15,11 @@ from optim.evaluate.evaluator import Evaluator, Screened
 from optim.evaluate.gradients import Gradients, check_sensitivities
 from optim.evaluate.limits import limits, problem_of
 from optim.problem.study import Array, Study
-from optim.search.optimise import settings_of
+from optim.search import numerics
+from optim.search.task import settings_of
 
 _STEPS = (1e-5, 1e-4, 1e-3, 1e-2)  # of central differences, in parts of the bounds
 _SAME = 0.01  # largest deviation of derivatives that agree, in parts of the largest one of a quantity
-_DOUBT = 2.0  # factor on the change of a difference with its step, within which it says nothing
 AGREES, DIFFERS, UNCLEAR, ABSENT = "agrees", "DIFFERS", "unclear", "none"
 #: What each verdict means.
 VERDICTS = {
@@ -111,7 +111,7 @@ def _entry(own: float, difference: float, doubt: float, scale: float, width: flo
     elif deviation <= _SAME:
         verdict = AGREES
     else:
-        verdict = UNCLEAR if deviation <= _DOUBT * doubt else DIFFERS
+        verdict = UNCLEAR if deviation <= numerics.DERIVATIVE_CHECK_DOUBT * doubt else DIFFERS
     return {
         "sensitivity": finite(own / width + 0.0) if width else None,
         "difference": finite(difference / width + 0.0) if width else None,

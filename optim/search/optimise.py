@@ -1,4 +1,4 @@
-"""`optimise`: solve a study; the content of ``result.json``."""
+"""`optimise`: solve a study; a result can start another one."""
 
 from __future__ import annotations
 
@@ -14,21 +14,16 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError
-from linkages.base.arguments import Vector, Whole, fitting, validated
+from linkages.base.arguments import Vector, Whole, validated
 from linkages.base.errors import nearest
-from linkages.input.files.toml import Table
-from linkages.input.files.versions import versions
-from linkages.input.files.writing import finite
-from optim.algorithms import pareto
-from optim.algorithms.derivatives import DIFFERENCES
 from optim.algorithms.nlp import Values
-from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
-from optim.evaluate.evaluations import INFEASIBLE, Evaluations
 from optim.evaluate.evaluator import Evaluator, Screened
-from optim.evaluate.gradients import Gradients, check_sensitivities
-from optim.evaluate.limits import FEASIBLE, in_units, problem_of, values_of
+from optim.evaluate.gradients import Gradients
+from optim.evaluate.limits import problem_of, values_of
 from optim.problem.study import Array, Study
 from optim.search.recorder import recording
+from optim.search.result import Solution, StudyResult, result_of
+from optim.search.task import task_of
 from optim.store.store import Iteration
 
 
@@ -58,7 +53,7 @@ def optimise(
     resume: bool = False,
     observe: Callable[[Iteration, Values], None] | None = None,
     stop: Callable[[], bool] = lambda: False,
-) -> dict[str, Any]:
+) -> StudyResult:
     """Solve a study.
 
     Parameters
@@ -77,14 +72,15 @@ def optimise(
     resume : bool
         Whether the store may exist; it must be of the same study, algorithm, start and seed.
     observe : callable, optional
-        Called after every iteration with an `Iteration` and the `Values` of the nominal design.
+        Called after every iteration with an `Iteration` and the `Values` of the designs that were evaluated since the
+        last call, in their order; the very first one is the nominal design.
     stop : callable, optional
         Asked after every iteration whether to stop.
 
     Returns
     -------
-    dict
-        The content of ``result.json``, SI units; relative quantities are multiples of the nominal design's. See
+    StudyResult
+        Attributes and keys of ``result.json``, SI units; relative quantities are multiples of the nominal design's. See
         docs/study_files.md.
 
     Raises
@@ -101,82 +97,38 @@ def optimise(
     >>> import optim
     >>> study = optim.load_study(optim.find_study("sevenbar_force"))
     >>> result = optim.optimise(study, algorithm={"name": "ga", "population": 6, "generations": 3})
-    >>> result["best"]["objectives"]["force"] < result["nominal"]["objectives"]["force"]
+    >>> result.best.objectives["force"] < result.nominal.objectives["force"]
     True
     """
     if algorithm is not None:
         table = {"name": algorithm} if isinstance(algorithm, str) else dict(algorithm)
         study = dataclasses.replace(study, file=study.file.model_copy(update={"algorithm": table}))
-    if start is not None:
-        fitting(start, len(study.names), "start", "variables")
-    seed = study.file.seed if seed is None else seed
+    task = task_of(study, seed, start)
     evaluator = Evaluator(study) if evaluator is None else evaluator
-    name, settings = settings_of(study)
-    by_sensitivities = getattr(settings, "derivatives", DIFFERENCES) != DIFFERENCES
-    if by_sensitivities:
-        check_sensitivities(study)
-    identity = identity_of(study, seed, start)
-    screened = Screened(study, evaluator, getattr(settings, "step", None))
+    screened = Screened(study, evaluator, task.step)
+
+    told = 0
 
     def observed(row: Iteration) -> None:
+        nonlocal told
         if observe is not None:
-            observe(row, problem.evaluate(study.nominal[None]))
+            fresh = recorder.asked(told)
+            told += len(fresh)
+            observe(row, values_of(study, recorder.evaluate(fresh.reshape(-1, len(study.names))), nominal))
         if stop():
             raise Stopped(row.iteration)
 
     with ExitStack() as stack:
         if store is None:
             store = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "study.sqlite"
-        recorder = stack.enter_context(recording(store, identity, screened, resume))
-        nominal = recorder.evaluate(study.nominal[None])
-        problem = problem_of(study, recorder.evaluate, nominal, start)
-        if by_sensitivities:
-            gradients = Gradients(study, recorder.evaluate, nominal, evaluator.threads)
-            problem = dataclasses.replace(problem, jacobian=gradients)
-        found = recorder.minimise(problem, lambda seen, report: minimise(name, seen, settings, seed, report), observed)
-        designs, elapsed = np.atleast_2d(found.x), recorder.elapsed
-        evaluations, (count, failures) = recorder.evaluate(designs), recorder.store.count()
-    unrun, several = failures.pop(INFEASIBLE, 0), len(study.file.objectives) > 1
-    entries = _entries(study, designs, evaluations, nominal)
-    references = np.array([*study.designs.values()])
-    known = _entries(study, references, evaluator(references), nominal) if study.designs else []
-    return {
-        "study": study.source.stem,
-        "title": study.title,
-        "algorithm": {"name": name, **settings.model_dump(mode="json")},
-        "labels": {name: study.label(name) for _, name, _ in study.quantities},
-        "seed": seed,
-        "start": None if start is None else dict(zip(study.paths, map(float, start), strict=True)),
-        "status": found.status,
-        "best": entries[compromise(values_of(study, evaluations, nominal).objectives) if several else 0],
-        "front": entries if several else [],
-        "nominal": _entries(study, study.nominal[None], nominal, nominal)[0],
-        "designs": dict(zip(study.designs, known, strict=True)),
-        "iterations": found.iterations,
-        "evaluations": count,
-        "unrun": unrun,
-        "failed": sum(failures.values()),
-        "failures": failures,
-        "versions": identity["versions"],
-        "wall_time": elapsed,
-    }
-
-
-def settings_of(study: Study) -> tuple[str, Table]:
-    """Name and settings of a study's algorithm.
-
-    InputError if there is no such algorithm, it has no such setting, or it cannot solve the problem.
-    """
-    given = dict(study.file.algorithm)
-    name = given.pop("name", None)
-    if not isinstance(name, str) or name not in ALGORITHMS:
-        problem = "is missing" if name is None else f'"{name}" is unknown'
-        near = nearest(str(name or ""), ALGORITHMS)
-        raise InputError(study.source, "algorithm.name", f"{problem}; {near}")
-    if len(study.file.objectives) > 1 and not ALGORITHMS[name].several:
-        able = ", ".join(key for key, entry in ALGORITHMS.items() if entry.several)
-        raise InputError(study.source, "algorithm.name", f'"{name}" takes one objective; of several: {able}')
-    return name, read_settings(name, given, f"{study.source.name}: algorithm")
+        recorder = stack.enter_context(recording(store, task.identity, screened, resume))
+        nominal, jacobian = recorder.evaluate(study.nominal[None]), None
+        if task.by_sensitivities:
+            jacobian = Gradients(study, recorder.evaluate, nominal, evaluator.threads)
+        problem = dataclasses.replace(problem_of(study, recorder.evaluate, nominal, start), jacobian=jacobian)
+        found = recorder.minimise(problem, task.minimise, observed)
+        solution = Solution(found, recorder.evaluate(np.atleast_2d(found.x)), *recorder.store.count(), recorder.elapsed)
+    return result_of(study, task, solution, nominal, evaluator)
 
 
 def start_of(study: Study, path: Path, source: str = "--start") -> Array:
@@ -238,55 +190,3 @@ def _variables(file: Path, source: str) -> dict[str, float]:
     if not all(map(math.isfinite, found.values())):
         raise InputError(source, str(file), "has a value that is not finite")
     return found
-
-
-def identity_of(study: Study, seed: int, start: Array | None = None) -> dict[str, Any]:
-    """Return what tells the store of a study from others, see `optim.search.recorder.recording`."""
-    name, settings = settings_of(study)
-    algorithm, revision = {"name": name, **settings.model_dump(mode="json")}, ALGORITHMS[name].revision
-    if algorithm.get("derivatives") == DIFFERENCES:  # stores from before this setting have no such key
-        del algorithm["derivatives"]
-    task = {"algorithm": algorithm, "seed": seed, "start": None if start is None else start.tolist()}
-    task |= study.description() | ({"revision": revision} if revision > 1 else {})
-    return {
-        "task": task,
-        "versions": versions("pygad"),
-        "variables": study.paths,
-        "objectives": tuple(study.file.objectives),
-        "constraints": tuple(study.file.constraints),
-    }
-
-
-def compromise(objectives: Array) -> int:
-    """Index of the design to name first in a Pareto front (k, no), whose objectives are minimised.
-
-    The knee, or, without one, the design nearest to the ideal point, each objective measured by its range.
-    """
-    if not np.isfinite(objectives).all():
-        return 0
-    found = pareto.knee(objectives)
-    if found is not None:
-        return found
-    span = np.ptp(objectives, axis=0)
-    scaled = (objectives - objectives.min(axis=0)) / np.where(span > 0.0, span, 1.0)
-    return int(np.argmin(np.linalg.norm(scaled, axis=1)))
-
-
-def _entries(study: Study, designs: Array, found: Evaluations, nominal: Evaluations) -> list[dict[str, Any]]:
-    """Designs (m, n) as JSON types; None where one failed."""
-    objectives, constraints = in_units(study, found, nominal)
-    violation = values_of(study, found, nominal).violation
-    point, n = study.points[0], len(study.usual)
-    entries = []
-    for k, design in enumerate(designs):
-        row = study.row(design, point)
-        entry: dict[str, Any] = {
-            "variables": dict(zip(study.paths, map(float, design), strict=True)),
-            "linked": dict(zip(point.paths[n:], row[n:], strict=True)),
-            "objectives": dict(zip(study.file.objectives, map(finite, objectives[k]), strict=True)),
-            "constraints": dict(zip(study.file.constraints, map(finite, constraints[k]), strict=True)),
-            "feasible": bool(violation[k] <= FEASIBLE),
-            "status": found.status[k],
-        }
-        entries.append(entry | ({"reason": found.reason[k]} if found.reason[k] else {}))
-    return entries

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from scipy.special import ndtr, ndtri
 
 from optim.evaluate.limits import Limit
 from optim.problem.study import Array
+from optim.search import numerics
 from optim.search.rare_shares import (
     CHAINS,
     Climb,
@@ -21,52 +21,53 @@ from optim.search.rare_shares import (
     subset_simulation,
 )
 from optim.search.sampled_machines import Sample, SampledMachines
+from optim.search.tolerance_result import Climbed, Interval, MostProbable, QuantityStatistics, Rare, Weighted
 
-_RARE = 1e-3  # share of machines beyond a limit below which more of them are sought
 _FEWEST = 5 * CHAINS  # machines from which a search starts
-_CHAOTIC = 0.01  # share of the variance that a change of values by 1e-6 causes above which derivatives mean nothing
-_FAR = 8.0  # deviations between mean and limit from which nothing is sought
-_APART = 3.0  # standard errors between two estimates above which they contradict each other
 
 
 def chaotic(deviation: float, scattered: float | None) -> bool:
     """Tell whether derivatives of a quantity mean nothing, as a tiny change of the values scatters it too."""
-    return (scattered or 0.0) > math.sqrt(_CHAOTIC) * deviation
+    return (scattered or 0.0) > math.sqrt(numerics.RARE_LIMITS_CHAOTIC) * deviation
 
 
 def rare_limits(
-    machines: SampledMachines, sample: Sample, quantities: Mapping[str, Mapping[str, Any]]
-) -> dict[str, dict[str, Any]]:
+    machines: SampledMachines, sample: Sample, quantities: Mapping[str, QuantityStatistics]
+) -> dict[str, Rare]:
     """Find the shares beyond limits that few or no machines of the sample exceed, by limit.
 
     Each has ``share`` and ``interval``, None if there is none, and ``unknown``: why, or what is doubtful.
     """
-    excess, found = machines.excess(sample.values), dict[str, dict[str, Any]]()
+    excess, found = machines.excess(sample.values), dict[str, Rare]()
     for k, limit in enumerate(machines.limits):
-        if limit.equality or (excess[:, k] > 0.0).sum() > _RARE * len(excess):
+        if limit.equality or (excess[:, k] > 0.0).sum() > numerics.RARE_LIMITS_RARE * len(excess):
             continue
         why = _impossible(len(excess), limit, quantities[limit.name])
         found[limit.key] = _nothing(why) if why else _beyond(machines, sample, k, excess[:, k])
     return found
 
 
-def _impossible(total: int, limit: Limit, report: Mapping[str, Any]) -> str:
+def _impossible(total: int, limit: Limit, report: QuantityStatistics) -> str:
     """Tell why no machines are sought beyond a limit; nothing if they are."""
     if total < _FEWEST:
         return f"{total} machines are too few to search from; run {_FEWEST} or more"
-    if not report.get("deviation"):
+    if not report.deviation or report.mean is None:
         return "the quantity is the same for all machines that ran"
-    if chaotic(report["deviation"], report["unpredictable_deviation"]):
+    if chaotic(report.deviation, report.unpredictable_deviation):
         return "in chaotic machines a change of the values by 1e-6 decides which are beyond; count more machines"
-    away = abs(limit.value - report["mean"]) / report["deviation"]
-    return f"the limit is {away:.0f} deviations from the mean; it was not sought" if away > _FAR else ""
+    away = abs(limit.value - report.mean) / report.deviation
+    return (
+        f"the limit is {away:.0f} deviations from the mean; it was not sought"
+        if away > numerics.RARE_LIMITS_FAR
+        else ""
+    )
 
 
-def _nothing(why: str) -> dict[str, Any]:
-    return {"share": None, "interval": None, "unknown": why}
+def _nothing(why: str) -> Rare:
+    return Rare(share=None, interval=None, unknown=why)
 
 
-def _beyond(machines: SampledMachines, sample: Sample, k: int, values: Array) -> dict[str, Any]:
+def _beyond(machines: SampledMachines, sample: Sample, k: int, values: Array) -> Rare:
     """Find the share beyond limit k from the excess of the sample's machines (m,)."""
     rng = np.random.default_rng([machines.seed, k])
 
@@ -80,36 +81,35 @@ def _beyond(machines: SampledMachines, sample: Sample, k: int, values: Array) ->
     usable = None if point is None or not point.converged or point.beta <= 0.0 else point.normal
     sampled = importance_sampling(excess, climb.points, usable, rng)
     entry = judged(climb, sampled, machines.settings.confidence)
-    return entry | {"failed": sampled.failed, "form": _form(machines, point)}
+    return entry.model_copy(update={"failed": sampled.failed, "form": _form(machines, point)})
 
 
-def _unreached(climb: Climb, confidence: float) -> dict[str, Any]:
+def _unreached(climb: Climb, confidence: float) -> Rare:
     """Report a climb that ended before the limit."""
     if climb.stuck:
         return _nothing("the quantity has one value for many machines, beyond which the search does not climb")
     most = climb.share * math.exp(_width(confidence) * climb.error)
-    entry = _nothing("the search ended before the limit")
-    return entry | {"interval": [0.0, most]}
+    return Rare(share=None, interval=Interval(0.0, most), unknown="the search ended before the limit")
 
 
-def judged(climb: Climb, sampled: Sampled, confidence: float) -> dict[str, Any]:
+def judged(climb: Climb, sampled: Sampled, confidence: float) -> Rare:
     """Combine both estimates: importance sampling, or all that either allows where they contradict each other."""
     width = _width(confidence)
     wide = _interval(climb.share, climb.error, width)
-    both = {"subset": {"share": climb.share, "interval": wide}, "sampled": {**sampled._asdict()}}
+    subset, weighted = Climbed(share=climb.share, interval=wide), Weighted(**sampled._asdict())
     if sampled.share > 0.0:
         error = sampled.error / sampled.share
         narrow = _interval(sampled.share, error, width)
-        if abs(math.log(sampled.share / climb.share)) <= _APART * math.hypot(error, climb.error):
-            return {"share": sampled.share, "interval": narrow, "unknown": "", **both}
-        wide = [min(wide[0], narrow[0]), max(wide[1], narrow[1])]
+        if abs(math.log(sampled.share / climb.share)) <= numerics.RARE_LIMITS_APART * math.hypot(error, climb.error):
+            return Rare(share=sampled.share, interval=narrow, unknown="", subset=subset, sampled=weighted)
+        wide = Interval(min(wide.lower, narrow.lower), max(wide.upper, narrow.upper))
     unknown = f"two estimates differ, {climb.share:.2g} and {sampled.share:.2g}; the interval covers both"
-    return {"share": climb.share, "interval": wide, "unknown": unknown, **both}
+    return Rare(share=climb.share, interval=wide, unknown=unknown, subset=subset, sampled=weighted)
 
 
-def _interval(share: float, error: float, width: float) -> list[float]:
+def _interval(share: float, error: float, width: float) -> Interval:
     """Return the interval of a share whose logarithm has a standard error."""
-    return [share * math.exp(-width * error), min(share * math.exp(width * error), 1.0)]
+    return Interval(share * math.exp(-width * error), min(share * math.exp(width * error), 1.0))
 
 
 def _width(confidence: float) -> float:
@@ -135,16 +135,16 @@ def _design_point(machines: SampledMachines, k: int, beyond: Array) -> DesignPoi
     return design_point(excess, slopes, nearest)
 
 
-def _form(machines: SampledMachines, point: DesignPoint | None) -> dict[str, Any] | None:
+def _form(machines: SampledMachines, point: DesignPoint | None) -> MostProbable | None:
     """Report the most probable machine, and the share of a limit that is a plane there: FORM."""
     if point is None:
         return None
     scatter = machines.scatter
     x = scatter.values(point.normal[None])[0]
-    return {
-        "index": point.beta,
-        "share": float(ndtr(-point.beta)),
-        "converged": point.converged,
-        "iterations": point.iterations,
-        "machine": dict(zip(scatter.names, x.tolist(), strict=True)),
-    }
+    return MostProbable(
+        index=point.beta,
+        share=float(ndtr(-point.beta)),
+        converged=point.converged,
+        iterations=point.iterations,
+        machine=dict(zip(scatter.names, x.tolist(), strict=True)),
+    )

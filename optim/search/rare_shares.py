@@ -13,16 +13,11 @@ import numpy as np
 from scipy.special import logsumexp
 
 from linkages.base.arrays import Array
+from optim.search import numerics
 
 #: Chains of subset simulation. Their stated errors of ln(share) held in 93 to 99 % of runs on closed forms.
 CHAINS = 20
-_LENGTH = 10  # points of a chain, its first one included
-_LEAST = 1e-7  # share at which the climb ends
-_STUCK = 0.5  # part of the points at a level above which the next level is no higher
-_ACCEPTED = 0.44  # part of the candidates that the width of the moves aims at (Papaioannou et al.)
 _BATCH, _MOST = 256, 1024  # points of importance sampling
-_ENOUGH = 0.1  # relative standard error at which it ends, after two batches
-_WIDE = 0.3  # part of its points that have the wide density
 
 #: From independent normal numbers (m, n) to the excess (m,): infinite where a machine failed, never NaN.
 Excess = Callable[[Array], Array]
@@ -65,9 +60,9 @@ def subset_simulation(excess: Excess, points: Array, values: Array, rng: np.rand
         means = beyond.reshape(-1, chains).mean(axis=0)
         share *= part
         variance += float(means.var(ddof=1)) / chains / part**2
-        if part > _STUCK:
+        if part > numerics.RARE_SHARES_STUCK:
             return Climb(share, math.sqrt(variance), points[beyond] if level > 0.0 else None, level <= 0.0)
-        if level <= 0.0 and share < _LEAST:
+        if level <= 0.0 and share < numerics.RARE_SHARES_LEAST:
             return Climb(share, math.sqrt(variance), None)
         seeds = rng.choice(np.flatnonzero(beyond), CHAINS, replace=False) if level > 0.0 else order[:CHAINS]
         points, values = _chains(excess, points[seeds], values[seeds], level, rng)
@@ -83,14 +78,16 @@ def _chains(excess: Excess, at: Array, values: Array, level: float, rng: np.rand
     conditional sampling, whose width follows the part of accepted candidates.
     """
     points, found, width = [at], [values], 0.6
-    for step in range(1, _LENGTH):
+    for step in range(1, numerics.RARE_SHARES_LENGTH):
         moved = math.sqrt(1.0 - width**2) * at + width * rng.standard_normal(at.shape)
         new = excess(moved)
         accepted = new > 0.0 if level > 0.0 else new >= level
         at, values = np.where(accepted[:, None], moved, at), np.where(accepted, new, values)
         points.append(at)
         found.append(values)
-        width = min(1.0, max(0.05, width * math.exp((accepted.mean() - _ACCEPTED) / math.sqrt(step))))
+        width = min(
+            1.0, max(0.05, width * math.exp((accepted.mean() - numerics.RARE_SHARES_ACCEPTED) / math.sqrt(step)))
+        )
     return np.concatenate(points), np.concatenate(found)
 
 
@@ -111,8 +108,8 @@ def importance_sampling(excess: Excess, centres: Array, point: Array | None, rng
     """
     size = centres.shape[1]
     spread = math.sqrt(max(float(np.sum(centres**2, axis=1).min()) / size, 1.0))
-    near = 0.0 if point is None else 0.5 * (1.0 - _WIDE)
-    parts = np.array([_WIDE, near, 1.0 - _WIDE - near])
+    near = 0.0 if point is None else 0.5 * (1.0 - numerics.RARE_SHARES_WIDE)
+    parts = np.array([numerics.RARE_SHARES_WIDE, near, 1.0 - numerics.RARE_SHARES_WIDE - near])
     middle = np.zeros(size) if point is None else point
     terms, failed = np.empty(0), np.empty(0)
     while len(terms) < _MOST:
@@ -125,7 +122,7 @@ def importance_sampling(excess: Excess, centres: Array, point: Array | None, rng
         terms = np.append(terms, np.where(found > 0.0, weights, 0.0))
         failed = np.append(failed, np.where(np.isposinf(found), weights, 0.0))
         share, error = float(terms.mean()), float(terms.std(ddof=1)) / math.sqrt(len(terms))
-        if len(terms) > _BATCH and 0.0 < error < _ENOUGH * share:
+        if len(terms) > _BATCH and 0.0 < error < numerics.RARE_SHARES_ENOUGH * share:
             break
     return Sampled(share, error, float(failed.mean()) / share if share > 0.0 else 0.0)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,6 +23,7 @@ from linkages.input.files.writing import locked
 from optim.algorithms.nlp import Problem, Progress, Report, Result, Values
 from optim.evaluate.evaluations import Evaluations
 from optim.problem.study import Array
+from optim.search.known_designs import KnownDesigns
 from optim.store.store import Iteration, Store, create, open_store
 
 
@@ -95,30 +97,56 @@ class Recorder:
 
     def __init__(self, store: Store, evaluate: Callable[[Array], Evaluations]) -> None:
         self.store, self._compute = store, evaluate
-        self._known: dict[bytes, tuple[Array, Array, str, str]] = {}
-        self._asked: set[bytes] = set()
+        self._begin: Callable[[Array], Callable[[], Evaluations]]
+        self._begin = getattr(evaluate, "begin", lambda designs: lambda: evaluate(designs))
+        self._known = KnownDesigns(len(store.objectives), len(store.constraints))
+        self._under_way: deque[tuple[set[bytes], Callable[[], None]]] = deque()
+        self._asked: dict[bytes, None] = {}  # in the order of asking
         self._steps = 0
         self._since = time.monotonic() - store.meta("elapsed")
-        self._remember(*store.evaluations())
+        self._known.add(*store.evaluations())
 
     @property
     def elapsed(self) -> float:
         """Time spent on the study, by this process and earlier ones [s]."""
         return time.monotonic() - self._since
 
+    def asked(self, first: int) -> Array:
+        """Return the designs (m, n) that were asked for, in this order, without the first ones."""
+        return np.array([np.frombuffer(key) for key in [*self._asked][first:]])
+
     def evaluate(self, designs: Array) -> Evaluations:
         """Return evaluations of designs (m, n); unknown ones are computed in one population."""
+        found = self.begin(designs)()
+        self._asked |= dict.fromkeys(row.tobytes() for row in np.ascontiguousarray(designs, dtype=np.float64))
+        return found
+
+    def begin(self, designs: Array) -> Callable[[], Evaluations]:
+        """Begin to compute designs (m, n); the returned function waits for their evaluations.
+
+        Populations are stored in the order in which they were begun.
+        """
         designs = np.ascontiguousarray(designs, dtype=np.float64)
         keys = [design.tobytes() for design in designs]
-        fresh = {key: row for key, row in zip(keys, designs, strict=True) if key not in self._known}
+        begun = set().union(*(others for others, _ in self._under_way))
+        fresh = {k: row for k, row in zip(keys, designs, strict=True) if k not in self._known and k not in begun}
         if fresh:
             rows = np.array(list(fresh.values()))
-            found = self._compute(rows)
-            self.store.add(rows, found, self.elapsed)
-            self._remember(rows, found)
-        self._asked.update(keys)
-        f, g, status, reason = zip(*(self._known[key] for key in keys), strict=True)
-        return Evaluations(np.array(f), np.array(g).reshape(len(keys), -1), status, reason)
+            answer = self._begin(rows)
+            self._under_way.append((set(fresh), lambda: self._add(rows, answer())))
+
+        def wait() -> Evaluations:
+            while not all(key in self._known for key in keys):
+                self._under_way[0][1]()
+                self._under_way.popleft()
+            return self._known.evaluations(keys)
+
+        return wait
+
+    def _add(self, designs: Array, found: Evaluations) -> None:
+        """Store new evaluations."""
+        self.store.add(designs, found, self.elapsed)
+        self._known.add(designs, found)
 
     def minimise(
         self, problem: Problem, algorithm: Callable[[Problem, Report], Result], observe: Callable[[Iteration], None]
@@ -149,7 +177,7 @@ class Recorder:
         """Store an iteration, or compare it with the stored one."""
         self._steps += 1
         best, state = np.atleast_2d(at.best), json.dumps(at.state, sort_keys=True)
-        asked, objectives, violation = len(self._asked), at.values.objectives, at.values.violation
+        asked, objectives, violation = self._known.asked, at.values.objectives, at.values.violation
         row = Iteration(self._steps, at.iteration, at.iterations, asked, best, objectives, violation, state)
         kept = self.store.iteration(row.step)
         if kept is None:
@@ -160,7 +188,3 @@ class Recorder:
                 " computer made it; the store is left as it is: give another --out"
             )
         return row
-
-    def _remember(self, designs: Array, found: Evaluations) -> None:
-        rows = zip(found.objectives, found.constraints, found.status, found.reason, strict=True)
-        self._known |= {design.tobytes(): row for design, row in zip(designs, rows, strict=True)}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -22,11 +23,9 @@ from optim.evaluate.limits import Limit, in_units, limits
 from optim.problem.scatter import Scatter
 from optim.problem.schema import SAMPLING
 from optim.problem.study import Array, Study
+from optim.search import numerics
 from optim.search.recorder import Recorder
 from optim.search.tolerance_statistics import clopper_pearson
-
-_CHUNK = 512  # machines in a transaction of the store; after each the interval of the yield is judged
-_STEP = 0.1  # of differences, in deviations
 
 
 class Sampling(Table):
@@ -99,7 +98,9 @@ class SampledMachines:
 
     def run(self, designs: Array) -> tuple[Array, Evaluations]:
         """Return quantities (m, nq) of machines (m, n), and how they ended."""
-        found = self.recorder.evaluate(designs)
+        return self._judged(self.recorder.evaluate(designs))
+
+    def _judged(self, found: Evaluations) -> tuple[Array, Evaluations]:
         return np.hstack(in_units(self.study, found, self.nominal)), found
 
     def excess(self, values: Array) -> Array:
@@ -117,23 +118,50 @@ class SampledMachines:
         settings = self.settings
         normal = self.scatter.points(settings.samples, self.seed, settings.sequence)
         points = self.scatter.values(normal)
-        rows: list[Array] = [np.empty((0, len(self.study.quantities)))]
-        done, status = 0, list[str]()
-        for start in range(0, len(points), _CHUNK):
-            evaluator.progress = _part(progress, start, min(_CHUNK, len(points) - start), len(points), evaluator)
-            values, found = self.run(points[start : start + _CHUNK])
-            rows.append(values)
-            status += found.status
-            done += len(values)
-            progress(done / len(points))
-            good = self._good(np.concatenate(rows))
-            if settings.width is not None:
-                lower, upper = clopper_pearson(int(good.sum()), done, settings.confidence)
-                if upper - lower <= settings.width:
+        rows, goods, status = [np.empty((0, len(self.study.quantities)))], [np.zeros(0, dtype=bool)], list[str]()
+        done = passed = 0
+        for first, values, found in self._chunks(points, evaluator, progress):
+            good = self._good(values)
+            for end in range(
+                numerics.SAMPLED_MACHINES_CHUNK,
+                len(values) + numerics.SAMPLED_MACHINES_CHUNK,
+                numerics.SAMPLED_MACHINES_CHUNK,
+            ):
+                part = good[end - numerics.SAMPLED_MACHINES_CHUNK : end]
+                done, passed = done + len(part), passed + int(part.sum())
+                if enough := self._enough(passed, done):
                     break
+            rows.append(values[: done - first])
+            goods.append(good[: done - first])
+            status += found.status[: done - first]
+            if enough:
+                break
         evaluator.progress = None
         progress(1.0)
-        return Sample(normal[:done], points[:done], np.concatenate(rows), good, tuple(status))
+        return Sample(normal[:done], points[:done], np.concatenate(rows), np.concatenate(goods), tuple(status))
+
+    def _chunks(
+        self, points: Array, evaluator: Evaluator, progress: Callable[[float], None]
+    ) -> Iterator[tuple[int, Array, Evaluations]]:
+        """Run machines (m, n) in chunks, some at once; yield the place of a chunk's first one, quantities, ends."""
+        begun: deque[tuple[int, int, Callable[[], Evaluations]]] = deque()
+        next_one, most = 0, 1 if evaluator.executor is None else numerics.SAMPLED_MACHINES_UNDER_WAY
+        while next_one < len(points) or begun:
+            while next_one < len(points) and len(begun) < most:
+                chunk = points[next_one : next_one + evaluator.population(numerics.SAMPLED_MACHINES_CHUNK)]
+                begun.append((next_one, len(chunk), self.recorder.begin(chunk)))
+                next_one += len(chunk)
+            first, size, wait = begun.popleft()
+            evaluator.progress = _part(progress, first, size, len(points), evaluator)
+            yield first, *self._judged(wait())
+            progress((first + size) / len(points))
+
+    def _enough(self, good: int, count: int) -> bool:
+        """Tell whether the interval of the yield is as narrow as asked for."""
+        if self.settings.width is None:
+            return False
+        lower, upper = clopper_pearson(good, count, self.settings.confidence)
+        return upper - lower <= self.settings.width
 
     def _good(self, values: Array) -> NDArray[np.bool_]:
         return np.asarray(np.isfinite(values).all(axis=1) & (self.excess(values) <= 0.0).all(axis=1))
@@ -147,7 +175,7 @@ class SampledMachines:
             found = self._gradients.rates(design)
             if np.isfinite(found).all():
                 return found
-        steps = np.diag(_STEP * self.scatter.deviations)
+        steps = np.diag(numerics.SAMPLED_MACHINES_STEP * self.scatter.deviations)
         moved = np.concatenate([design + steps, design - steps])
         values, _ = self.run(moved)
         size = np.diag(moved[: len(design)] - moved[len(design) :])

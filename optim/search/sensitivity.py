@@ -17,12 +17,10 @@ from linkages.input.files.writing import finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
 from optim.problem.study import Array, Study
+from optim.search import numerics
 
 #: Relative variation below which a quantity counts as independent of the variables: rounding.
 CONSTANT = 1e-9
-
-_STEPS = 21  # of one variable at a time; odd
-_RESAMPLES = 100  # bootstrap samples for a standard error
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,7 @@ def sobol(evaluate: Callable[[Array], Array], lower: Array, upper: Array, sample
     if varies.any():
         chosen = np.arange(kept.shape[1])
         found[:, varies] = estimate(chosen)
-        resampled = bootstrap((chosen,), estimate, n_resamples=_RESAMPLES, method="basic", rng=rng)
+        resampled = bootstrap((chosen,), estimate, n_resamples=numerics.SENSITIVITY_RESAMPLES, method="basic", rng=rng)
         width[:, varies] = 1.96 * resampled.standard_error
     mean, deviation = every.mean(axis=0), every.std(axis=0)
     return SobolIndices(found[0], width[0], found[1], width[1], mean, deviation, len(designs), failed)
@@ -164,7 +162,7 @@ def sensitivity(
         return np.column_stack(in_units(study, evaluate(designs), nominal))
 
     indices = sobol(values, study.lower, study.upper, samples, seed)
-    grid, found = one_at_a_time(values, study.lower, study.upper, study.nominal, _STEPS)
+    grid, found = one_at_a_time(values, study.lower, study.upper, study.nominal, numerics.SENSITIVITY_STEPS)
     unmoved = inert(found)
     quantities: dict[str, Any] = {}
     for k, name in enumerate([*study.file.objectives, *study.file.constraints]):

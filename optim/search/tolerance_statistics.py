@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,10 +12,8 @@ from scipy.stats import beta, binom
 
 from linkages.base.arrays import Array
 from optim.problem.scatter import Scatter
+from optim.search import numerics
 
-_GROUPS = 10  # of the jackknife
-_ROUNDING = 1e-12  # relative differences of values that count as none
-_EACH = 4  # machines for each coefficient of the regression, at least
 #: Probabilities of the quantiles in a report: median, 90 % and the 6 deviations of a normal quantity.
 LEVELS = (0.00135, 0.05, 0.5, 0.95, 0.99865)
 
@@ -75,7 +74,7 @@ def _size(values: Array) -> float:
 
 def _constant(values: Array) -> bool:
     """Tell whether values differ by rounding alone."""
-    return bool(np.ptp(values / _size(values)) <= _ROUNDING)
+    return bool(np.ptp(values / _size(values)) <= numerics.TOLERANCE_STATISTICS_ROUNDING)
 
 
 def capability(mean: float, deviation: float, at_least: float | None, at_most: float | None) -> float | None:
@@ -104,33 +103,59 @@ def variance_shares(normal: Array, values: Array) -> Shares | None:
     machines, or the sample is short.
     """
     m, n = normal.shape
+    if m < numerics.TOLERANCE_STATISTICS_EACH * (n + 1):
+        return None
     pairs = [(i, j) for i in range(n) for j in range(i)]
-    alone = np.stack([normal, normal**2 - 1.0, normal**3 - 3.0 * normal], axis=2)
-    if m < _EACH * (3 * n + len(pairs) + 1):
-        alone, pairs = alone[:, :, :1], []
-    if m < _EACH * (n + 1):
+    degree = 3
+    if m < numerics.TOLERANCE_STATISTICS_EACH * (3 * n + len(pairs) + 1):
+        degree, pairs = 1, []
+    values, group = values / _size(values), np.arange(m) % numerics.TOLERANCE_STATISTICS_GROUPS
+    if any(
+        _constant(values[group != k]) for k in range(numerics.TOLERANCE_STATISTICS_GROUPS)
+    ):  # few machines make all of the variance
         return None
-    values, group = values / _size(values), np.arange(m) % _GROUPS
-    if any(_constant(values[group != k]) for k in range(_GROUPS)):  # few machines make all of the variance
-        return None
-    terms = np.column_stack([alone.reshape(m, -1), *(normal[:, i] * normal[:, j] for i, j in pairs)])
-    owners = np.zeros((n, terms.shape[1]), dtype=bool)
-    owners[:, : n * alone.shape[2]] = np.repeat(np.eye(n, dtype=bool), alone.shape[2], axis=1)
+    factors = [
+        _triangular(
+            normal[k :: numerics.TOLERANCE_STATISTICS_GROUPS],
+            values[k :: numerics.TOLERANCE_STATISTICS_GROUPS],
+            degree,
+            pairs,
+        )
+        for k in range(numerics.TOLERANCE_STATISTICS_GROUPS)
+    ]
+    owners = np.zeros((n, degree * n + len(pairs)), dtype=bool)
+    owners[:, : degree * n] = np.repeat(np.eye(n, dtype=bool), degree, axis=1)
     together = owners.copy()
-    for k, pair in enumerate(pairs, n * alone.shape[2]):
+    for k, pair in enumerate(pairs, degree * n):
         together[list(pair), k] = True
 
-    def estimate(rows: NDArray[np.bool_]) -> tuple[Array, float]:
-        centred = terms[rows] - terms[rows].mean(axis=0)
-        y = values[rows] - values[rows].mean()
-        factors, *_ = np.linalg.lstsq(centred, y, rcond=None)
-        each = factors * (centred.T @ y) / (y @ y)
+    def estimate(groups: Iterable[int]) -> tuple[Array, float]:
+        """Return first and total shares of the machines of these groups, (2, n), and what no term explains."""
+        centred = np.asarray(np.linalg.qr(np.vstack([factors[k] for k in groups]), mode="r"))[
+            1:, 1:
+        ]  # without the mean
+        terms, y = centred[:, :-1], centred[:, -1]
+        solution, *_ = np.linalg.lstsq(terms, y, rcond=m * np.finfo(float).eps)
+        each = solution * (terms.T @ y) / (y @ y)
         return np.stack([owners @ each, together @ each]), float(1.0 - each.sum())
 
-    shares, rest = estimate(np.ones(m, dtype=bool))
-    partial = np.array([estimate(group != k)[0] for k in range(_GROUPS)])
-    errors = np.sqrt((_GROUPS - 1) * partial.var(axis=0))
+    shares, rest = estimate(range(numerics.TOLERANCE_STATISTICS_GROUPS))
+    partial = np.array(
+        [
+            estimate(j for j in range(numerics.TOLERANCE_STATISTICS_GROUPS) if j != k)[0]
+            for k in range(numerics.TOLERANCE_STATISTICS_GROUPS)
+        ]
+    )
+    errors = np.sqrt((numerics.TOLERANCE_STATISTICS_GROUPS - 1) * partial.var(axis=0))
     return Shares(shares[0], errors[0], shares[1], errors[1], rest)
+
+
+def _triangular(normal: Array, values: Array, degree: int, pairs: Sequence[tuple[int, int]]) -> Array:
+    """Return the triangular factor of 1, the terms and the values of some machines: all that a regression needs."""
+    alone = np.stack([normal, normal**2 - 1.0, normal**3 - 3.0 * normal], axis=2)[:, :, :degree]
+    products = [normal[:, i] * normal[:, j] for i, j in pairs]
+    columns = [np.ones(len(values)), alone.reshape(len(values), -1), *products, values]
+    return np.asarray(np.linalg.qr(np.column_stack(columns), mode="r"))
 
 
 def yield_of(
@@ -142,11 +167,11 @@ def yield_of(
     error is smaller than that of the next machine. None if no machine counts, or one has no density: a measured value
     that occurs twice.
     """
-    now = scatter.log_density(designs)
+    now = _log_densities(scatter, designs)
     if np.isposinf(now).any():
         return None, None
     with np.errstate(invalid="ignore"):
-        weights = np.exp(other.log_density(designs) - now)
+        weights = np.exp(_log_densities(other, designs) - now)
     weights[~np.isfinite(weights)] = 0.0
     if not (total := float(weights.sum())) > 0.0:
         return None, None
@@ -154,6 +179,14 @@ def yield_of(
     share = float(weights @ good)
     error = math.sqrt(float(np.sum((weights * (good - share)) ** 2)))
     return share, max(error, 1.0 / (1.0 / float(weights @ weights) + 2.0))
+
+
+def _log_densities(scatter: Scatter, designs: Array) -> Array:
+    """Return the logarithms of the densities of machines (m, n), in blocks: a million needs little memory."""
+    starts = range(0, max(len(designs), 1), numerics.TOLERANCE_STATISTICS_BLOCK)
+    return np.concatenate(
+        [scatter.log_density(designs[first : first + numerics.TOLERANCE_STATISTICS_BLOCK]) for first in starts]
+    )
 
 
 class FirstOrder(NamedTuple):

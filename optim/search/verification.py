@@ -12,6 +12,7 @@ import numpy as np
 from linkages import System
 from linkages.base.arguments import Count, validated
 from linkages.base.brief import cell
+from linkages.engines import check_engine
 from linkages.input.files.writing import finite
 from optim.evaluate.evaluations import INFEASIBLE, OK
 from optim.evaluate.evaluator import Evaluator
@@ -20,23 +21,26 @@ from optim.evaluate.requests import Request, Statistics
 from optim.evaluate.single_runs import run_on_drake
 from optim.problem.schema import LIFE
 from optim.problem.study import Array, Study
+from optim.search import numerics
+from optim.search.result import Design
 
-_TIGHTER = 0.1  # tolerance of the checking runs relative to the tolerance of the study
-_PHASES = 10
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0  # its multiples are spread evenly, and are no fractions of a turn
 
 
 @validated
 def verify(
-    study: Study, best: dict[str, Any], threads: Count | None = None, progress: Callable[[float], None] | None = None
+    study: Study,
+    best: Design | dict[str, Any],
+    threads: Count | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> dict[str, Any]:
     """Check an optimum at a ten times tighter tolerance: on Drake, and, with dry contact, from unseen starts.
 
     Parameters
     ----------
     study : Study
-    best : dict
-        The optimum as in ``result.json``.
+    best : Design or dict
+        The optimum, or its entry in ``result.json``.
     threads : int, optional
         Threads of the compiled engine.
     progress : callable, optional
@@ -57,22 +61,24 @@ def verify(
     >>> report["status"]
     'the optimum failed: no-assembly'
     """
-    report: dict[str, Any] = {"engine": "drake", "tolerance": f"{_TIGHTER:g} of the study's"}
+    check_engine("drake")
+    report: dict[str, Any] = {"engine": "drake", "tolerance": f"{numerics.VERIFICATION_TIGHTER:g} of the study's"}
     if best["status"] != OK:
         why = "violates constraints" if best["status"] == INFEASIBLE else f"failed: {best['status']}"
         return report | {"status": f"the optimum {why}", "phases": None}
     if any(term.output.startswith(LIFE) for _, _, quantity in study.quantities for term in quantity.terms or ()):
         return report | {"status": "only the compiled engine computes a service life", "phases": None}
-    tight = study.replaced(lambda system: {"solver.accuracy": _TIGHTER * system.experiment.solver.accuracy})
+    tighter = numerics.VERIFICATION_TIGHTER
+    tight = study.replaced(lambda system: {"solver.accuracy": tighter * system.settings.accuracy})
     design = np.array([[best["variables"][path] for path in study.paths]])
     relative = any(quantity.relative for _, _, quantity in study.quantities)
-    total = (2 if relative else 1) * sum(point.system.experiment.duration for point in study.points)
+    total = (2 if relative else 1) * sum(point.system.settings.duration for point in study.points)
     done = 0.0
 
     def engine(request: Request) -> Statistics:
         nonlocal done
         found = run_on_drake(request, progress and (lambda time: progress((done + time) / total)))
-        done += len(request.values) * request.point.system.experiment.duration
+        done += len(request.values) * request.point.system.settings.duration
         return found
 
     evaluate = Evaluator(tight, engine=engine)
@@ -100,9 +106,9 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
     one at each (undivided, if relative; None where it failed), and ``change``, that of their mean over the phases where
     neither failed. None without dry contact, or where no drive has a speed and a start angle that the design leaves.
     """
-    if not all(point.system.experiment.can_touch and _turns(point.system, point.paths) for point in study.points):
+    if not all(point.system.can_touch and _turns(point.system, point.paths) for point in study.points):
         return None
-    angles = [2.0 * math.pi * math.modf(k * _GOLDEN)[0] for k in range(1, _PHASES + 1)]
+    angles = [2.0 * math.pi * math.modf(k * _GOLDEN)[0] for k in range(1, numerics.VERIFICATION_PHASES + 1)]
     turned = [study.replaced(partial(_turned, angle=angle)) for angle in angles]
     designs = np.vstack([design, study.nominal])
     values = np.array([Evaluator(one, threads=threads)(designs).objectives for one in turned])
@@ -150,13 +156,13 @@ def format_verification(report: dict[str, Any]) -> str:
 
 def _turns(system: System, paths: tuple[str, ...]) -> bool:
     """Whether there are drives of constant speed, and no design sets where they start."""
-    speeds = [drive.speed for drive in system.experiment.drives.values() if drive.prescribed]
+    speeds = [drive.speed for drive in system.drives.values() if drive.prescribed]
     return bool(speeds) and all(speeds) and not any(path.startswith("drives.") for path in paths)
 
 
 def _turned(system: System, angle: float) -> dict[str, Any]:
     """Start angles after the first drive has turned by an angle."""
-    drives = {name: drive for name, drive in system.experiment.drives.items() if drive.prescribed}
+    drives = {name: drive for name, drive in system.drives.items() if drive.prescribed}
     first = next(iter(drives.values())).speed or 0.0
     return {
         f"drives.{name}.angle": drive.angle + angle * (drive.speed or 0.0) / first for name, drive in drives.items()

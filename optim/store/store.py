@@ -1,8 +1,9 @@
 """`Store`: an SQLite file that keeps every evaluation and every iteration of a study as they come.
 
 A population is one transaction; the file is in write-ahead mode, so that committed content survives a killed process
-and others can read meanwhile. Numbers are kept exactly, as little-endian float64; nothing is ever unpickled. Every row
-has a checksum, and a file with a row that does not fit its own is refused: a changed number looks like any other.
+and others can read meanwhile; on a network file system in rollback mode, where a reader may have to wait. Numbers are
+kept exactly, as little-endian float64; nothing is ever unpickled. Every row has a checksum, and a file with a row that
+does not fit its own is refused: a changed number looks like any other.
 
 | table       | row                                                                                            |
 |-------------|------------------------------------------------------------------------------------------------|
@@ -24,9 +25,9 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError
+from linkages.base.disk import on_network
 from linkages.input.files.writing import whole
 from optim.evaluate.evaluations import OK, Evaluations
-from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Array
 from optim.store.sqlite import APPLICATION, SCHEMA, check_content, check_header, guarded, put, seal_all
 
@@ -61,12 +62,6 @@ class Iteration:
     objectives: Array  # (k, no) theirs, smaller is better
     violation: Array  # (k,)
     state: str  # JSON
-
-    @property
-    def best_feasible(self) -> Array:
-        """Least value of each objective (no,) among the best designs that satisfy the constraints; NaN if none does."""
-        feasible = self.objectives[self.violation <= FEASIBLE]
-        return feasible.min(axis=0) if len(feasible) else np.full(self.objectives.shape[1], np.nan)
 
     def same(self, other: Iteration) -> bool:
         """Whether two iterations agree to the last bit."""
@@ -190,8 +185,9 @@ def open_store(path: Path) -> Store:
     check_header(path)
     with guarded(path):
         db = _connect(path)
-        db.execute("PRAGMA journal_mode = WAL")
-        db.execute("PRAGMA synchronous = NORMAL")
+        network = on_network(path)  # without the shared memory of the write-ahead log
+        db.execute(f"PRAGMA journal_mode = {'DELETE' if network else 'WAL'}")
+        db.execute(f"PRAGMA synchronous = {'FULL' if network else 'NORMAL'}")
         check_content(db, COLUMNS)
         seal_all(db, COLUMNS)
     return Store(path, db)

@@ -265,7 +265,7 @@ def test_steps_of_accurate_runs_end_at_kinks_of_friction():
     np.testing.assert_allclose(between[0], between[1], rtol=1e-6)
 
 
-def _ramp(v, bristle, joint):
+def _ramp(v, joint):
     """Ambrosio's coefficient, which is built in."""
     return joint.mu_d * min(max((abs(v) - joint.v_0) / (joint.v_1 - joint.v_0), 0.0), 1.0) * (1.0 if v > 0.0 else -1.0)
 

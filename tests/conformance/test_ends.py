@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 from engines import slow_on_drake
 from machines import four_bar
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
 from shipped import run as run_shipped
 from shipped import shipped
 
@@ -18,7 +16,6 @@ from linkages import AssemblyError, Status, Stepper, extremes, ideal, load, simu
 from linkages.cli.main import main
 from linkages.engines import budget
 from linkages.engines.compiled import simulation
-from linkages.engines.drake import add_linkage
 from linkages.explore.flow import Flow
 
 FILM = '[joints.{0}]\nmodel="lubricated"\nclearance=1e-4\nviscosity=0.1\n'
@@ -92,6 +89,11 @@ def _flown(system):
 
 
 def _in_a_diagram(system):
+    from pydrake.systems.analysis import Simulator
+    from pydrake.systems.framework import DiagramBuilder
+
+    from linkages.engines.drake import add_linkage
+
     builder = DiagramBuilder()
     linkage = add_linkage(builder, system)
     simulator = Simulator(builder.Build())

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from engines import slow_on_drake
 from machines import LUBRICATED, RUBBING_CRANK, bar, four_bar, joint, model, slider_crank, solid
-from pydrake.systems.framework import DiagramBuilder
 from scipy.integrate import simpson
 from scipy.optimize import brentq
 
 from linkages import InputError, RunError, Status, simulate, simulate_batch
-from linkages.engines.drake import add_linkage
 from linkages.results.extremes import integral
 
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"
@@ -180,6 +178,10 @@ def test_both_engines_agree_on_a_slider_crank(system_of):
 
 def test_both_engines_agree_with_a_film(system_of):
     """The film's force counts for the forces in the ideal joints, a driven one among them; also in a further diagram."""
+    from pydrake.systems.framework import DiagramBuilder
+
+    from linkages.engines.drake import add_linkage
+
     text = "duration = 0.01\n" + LUBRICATED.replace('outputs = ["follower.omega"]\n', "")
     for name in ("O", "B"):
         text += f"[frictions.in_{name}]\njoint = '{name}'\ncoefficient = 0.2\nradius = 0.01\nspeed = 1.0\n"

@@ -185,6 +185,14 @@ def test_gears_that_contradict_each_other_are_named(system_of, drive):
     assert first["what"] == "the gears g1, g2, g3 contradict each other, or the loops: A, B, C cannot move"
 
 
+def test_a_gear_and_a_coupling_that_contradict_each_other_are_both_named(system_of):
+    text = "[gears.g]\njoints = ['A', 'B']\nratio = 2.0\n[couplings.c]\njoints = ['A', 'B']\n"
+    sdf = model("pair", wheel("one", 0.2, 0) + wheel("two", 0.05, 0.3) + joint("A", "world", "one")
+                + joint("B", "world", "two"))  # fmt: skip
+    with pytest.raises(InputError, match="gears and couplings: g and c: contradict each other"):
+        _ = system_of(sdf, f"duration = 0.1\n[drives.A]\nspeed = 6.0\n{text}").assembly
+
+
 def test_redundant_gears_that_agree_contradict_nothing(system_of):
     text = f"duration = 0.1\n[drives.A]\nspeed = 6.0\n{CONTRADICTION.replace('-3.0', '-4.0')}"
     summary = summarize(assess(system_of(four_wheels(), text), "compiled"))

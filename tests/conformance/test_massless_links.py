@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from machines import BEARING, bar, joint, model, solid
 
-from linkages import InputError
+from linkages import InputError, Status, simulate, simulate_batch
 
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-10\n"
 R, D, CRANK, LEVER, TORQUE = 0.08, 0.2, 0.01, 0.05, 0.3
@@ -86,6 +86,38 @@ LOOSE = {
         "restitution = 0.9\nstiffness = 1e8\n", '<link name="block">: has no mass, and can move while all masses rest',
     ),
 }  # fmt: skip
+
+
+def crank_without_mass():
+    """A slider of 1 kg that falls along its guide from rest; crank and rod, of 0.1 and 0.3 m, have no mass."""
+    turn = np.radians(60.0)
+    x, y = 0.1 * np.cos(turn), 0.1 * np.sin(turn)
+    end = x + np.sqrt(0.09 - y**2)
+    body = massless("crank") + massless("rod", f"{x} {y} 0 0 0 0") + solid("slider", 1.0, 0.01, f"{end} 0 0 0 0 0")
+    body += joint("O", "world", "crank") + joint("A", "crank", "rod") + joint("B", "rod", "slider")
+    guide = joint("guide", "world", "slider", "prismatic").replace("<xyz>0 0 1</xyz>", "<xyz>1 0 0</xyz>")
+    return model("falling", body + guide), end
+
+
+FALL = "duration = 1.0\ngravity = [9.81, 0.0, 0.0]\noutputs = ['slider.x', 'slider.vx']\n"
+
+
+def test_a_run_ends_where_links_without_mass_become_free_of_all_masses(engine, system_of):
+    """At the dead point the slider rests and the crank turns: v^2 = 2 g x up to there, and no number beyond."""
+    sdf, start = crank_without_mass()
+    found = simulate(system_of(sdf, FALL), engine)
+    assert found.status is Status.FREE_OF_MASS
+    assert 0.4 - 1e-4 < found["slider.x"][-1] < 0.4
+    np.testing.assert_allclose(found["slider.vx"] ** 2, 2 * 9.81 * (found["slider.x"] - start), atol=1e-5)
+
+
+def test_a_row_of_a_batch_ends_there_too(system_of):
+    sdf, start = crank_without_mass()
+    time = np.sqrt(2 * (0.4 - start) / 9.81)
+    windows = [[0.0, 0.5 * time], [0.0, 1.0]]
+    batch = simulate_batch(system_of(sdf, FALL), outputs=["slider.vx"], windows=windows)
+    assert batch.status == [Status.FREE_OF_MASS]
+    np.testing.assert_allclose(batch.maximum[0, :, 0], [0.5 * 9.81 * time, np.nan], rtol=1e-6)
 
 
 @pytest.mark.parametrize("case", LOOSE)

@@ -21,7 +21,7 @@ def damped_spring(delta, ddelta, ddelta0, joint):
     return joint.my_stiffness * delta + joint.my_damping * ddelta
 
 
-def rising(v, bristle, joint):
+def rising(v, joint):
     return math.copysign(joint.base + joint.slope * abs(v), v)
 
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from engines import slow_on_drake
 from machines import CONTROL, FLYWHEEL, joint, model, slider_crank, solid
-from pydrake.systems.analysis import Simulator
 from scipy.integrate import simpson, solve_ivp
 from scipy.linalg import expm
 
@@ -24,7 +23,6 @@ from linkages import (
     simulate,
     simulate_batch,
 )
-from linkages.engines.drake import build_diagram
 from linkages.results.extremes import averages
 
 EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"
@@ -539,6 +537,10 @@ def test_a_stepper_samples_at_the_ends_of_its_steps(system_of):
 
 
 def test_diagrams_have_continuous_states_but_refuse_sampled_ones(system_of):
+    from pydrake.systems.analysis import Simulator
+
+    from linkages.engines.drake import build_diagram
+
     diagram, linkage = build_diagram(system_of(FLYWHEEL, LAGGING))
     simulator = Simulator(diagram)
     linkage.set_initial_state(simulator.get_mutable_context())

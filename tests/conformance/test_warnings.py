@@ -45,7 +45,7 @@ def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, s
         assert numbers["outputs"]["follower.alpha"]["peak"] is None
         assert numbers["outputs"]["follower.angle"]["min"] == pytest.approx(1.0)
     assert warning["what"] in format_summary(summary)
-    json.dumps(summary, allow_nan=False)
+    json.dumps(summary.content, allow_nan=False)
 
 
 def three_cranks_sdf(doubled=False) -> str:

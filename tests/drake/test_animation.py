@@ -7,20 +7,26 @@ import sys
 
 import numpy as np
 import pytest
+from browser import find_browser, open_page
 from flexible_machines import bent_machine
 from machines import PLANES, bar, four_bar, joint, model, solid, written
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
 from shipped import shipped
 
-from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, load
+from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, find_file, load
 from linkages.engines.drake.plant import visuals
+from linkages.show.plots.animation.bounds import bounds
 from linkages.show.plots.animation.joint_views import guide_frames, journal_frames
 from linkages.show.plots.animation.magnified import strongest
-from linkages.show.plots.animation.recording import add_captions, frames, write_animation
+from linkages.show.plots.animation.recording import add_captions, frames, write_recording
 from linkages.show.plots.animation.surroundings import Surroundings
 from linkages.show.plots.histories import forces_figure
 from linkages.show.plots.journals import guides_figure
 from linkages.show.plots.style import engineering
 from linkages.system.rigid_segments import segmented
+from linkages.system.spanning import spanning_tree
 
 DRY = """duration = 0.01
 [drives.O]
@@ -41,10 +47,10 @@ def dry(tmp_path_factory):
 AFTER = """
 import gc, sys, threading, linkages
 from pathlib import Path
-from linkages.show.plots.animation.recording import write_animation
+from linkages.show.plots.animation.recording import write_recording
 gc.disable()
 system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.02})
-write_animation(linkages.assess(system, "compiled", error_estimate=False), Path(sys.argv[1]))
+write_recording(linkages.assess(system, "compiled", error_estimate=False), Path(sys.argv[1]))
 collecting = threading.Thread(target=gc.collect)
 collecting.start()
 collecting.join()
@@ -87,7 +93,7 @@ def test_where_the_ideal_linkage_does_not_close_the_recorded_motion_is_drawn(dry
     assert len(times) > 100
     np.testing.assert_allclose(recorded, drawn, atol=1e-4)  # rad, between steps of 20 us
     with pytest.raises(ValueError, match="does not close with its clearance exaggerated 5 times"):
-        write_animation(dry, tmp_path / "animation.html", 5.0)
+        write_recording(dry, tmp_path / "animation.html", 5.0)
 
 
 def test_a_contact_that_is_shorter_than_a_frame_is_shown(dry):
@@ -185,7 +191,7 @@ def test_a_block_in_its_slot_is_drawn_where_its_corners_are(machine, tmp_path):
 
 
 def test_every_frame_has_its_captions(dry, tmp_path):
-    write_animation(dry, tmp_path / "animation.html")
+    write_recording(dry, tmp_path / "animation.html")
     page = (tmp_path / "animation.html").read_text()
     data = json.loads(re.search(r"const data = (\{.*\});", page)[1])
     label, *names, scale = data["labels"]
@@ -200,6 +206,48 @@ def test_every_frame_has_its_captions(dry, tmp_path):
     largest = max(float(line.split()[2]) for line in label["lines"])
     assert largest == pytest.approx(dry.run["B.force"].max(), rel=5e-3)  # three digits
     assert data["clock"][-1].startswith("t = 0.0100 s, 800 times slower")
+
+
+def test_the_camera_sees_the_wheels_of_gears(tmp_path):
+    """The wheels have radii of 30 and 60 mm on shafts 90 mm apart, which are all joints and points."""
+    gears = load(find_file("gear_rattle.toml"), {"duration": 0.02})
+    write_recording(assess(gears, "compiled", error_estimate=False), tmp_path / "animation.html")
+    data = json.loads(re.search(r"const data = (\{.*\});", (tmp_path / "animation.html").read_text())[1])
+    width, height = data["view"]
+    assert 0.18 <= width < 0.4
+    assert 0.12 <= height < 0.4
+
+
+@pytest.mark.parametrize(
+    ("shape", "high"),
+    [
+        ("<cylinder><radius>0.3</radius><length>0.1</length></cylinder>", 0.3),
+        ("<sphere><radius>0.2</radius></sphere>", 0.2),
+        ("<box><size>0.6 0.8 0.1</size></box>", 0.5),  # as its diagonal turns by a revolution
+    ],
+)
+def test_bounds_are_those_of_the_turning_shape(shape, high):
+    """A shape turns about its middle, which is 2 m to the right and 1 m above the origin."""
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    Parser(plant).AddModelsFromString(TURNING.format(shape), "sdf")
+    plant.Finalize()
+    root = builder.Build().CreateDefaultContext()
+    context = plant.GetMyMutableContextFromRoot(root)
+
+    def poses():
+        for angle in np.linspace(0.0, 2.0 * np.pi, 721):
+            plant.SetPositions(context, [angle])
+            yield context
+
+    found = bounds(plant, scene_graph, poses(), np.eye(3)[:, :2])
+    np.testing.assert_allclose(found, [[2.0 - high, 1.0 - high], [2.0 + high, 1.0 + high]], atol=1e-4)
+
+
+TURNING = """<sdf version="1.9"><model name="one"><link name="a"><pose>2 1 0 0 0 0</pose>
+<inertial><mass>1</mass></inertial><visual name="v"><geometry>{}</geometry></visual></link>
+<joint name="j" type="revolute"><parent>world</parent><child>a</child><axis><xyz>0 0 1</xyz></axis></joint>
+</model></sdf>"""
 
 
 def test_captions_cannot_break_the_page():
@@ -248,13 +296,14 @@ def test_paths_lie_where_points_went_and_the_ground_below_its_joints(system_of, 
 
 @pytest.mark.parametrize("plane", PLANES)
 def test_a_link_without_visuals_is_drawn_between_its_joints(mechanism_of, plane):
-    mechanism = mechanism_of(four_bar(plane=plane))
+    tree = spanning_tree(mechanism_of(four_bar(plane=plane)))
+    wide = 0.02 * tree.extent
     for link, length in (("crank", 0.1), ("coupler", 0.25), ("follower", 0.2)):
-        (visual,) = visuals(mechanism, mechanism.link[link], 1.0)
+        (visual,) = visuals(tree, tree.links[link])
         pose = [float(v) for v in re.search(r"<pose>(.*)</pose>", visual)[1].split()]
         size = [float(v) for v in re.search(r"<size>(.*)</size>", visual)[1].split()]
         np.testing.assert_allclose(pose, [length / 2, 0, 0, 0, 0, 0], atol=1e-12)  # the bars lie along x
-        np.testing.assert_allclose(size, [length + 0.02, 0.02, 0.02])
+        np.testing.assert_allclose(size, [length + wide, wide, wide], rtol=1e-12)
 
 
 def test_links_that_bend_are_drawn_bent_so_that_it_is_seen(tmp_path):
@@ -268,5 +317,32 @@ def test_links_that_bend_are_drawn_bent_so_that_it_is_seen(tmp_path):
     np.testing.assert_allclose(drawn[:, tree.hinge_dofs], factor * shown.coordinates(recorded)[:, tree.hinge_dofs])
     np.testing.assert_allclose(drawn[:, 0], 150.0 * times, atol=1e-12)
     assert max(np.abs(tree.gaps(q)).max() for q in drawn[::40]) < 1e-9
-    write_animation(found, tmp_path / "animation.html")
+    write_recording(found, tmp_path / "animation.html")
     assert "Deflections of links are magnified 10 times." in (tmp_path / "animation.html").read_text()
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium with its driver")
+@pytest.mark.slow
+def test_keys_play_and_step_the_animation_and_tab_reaches_its_button_first(dry, tmp_path):
+    write_recording(dry, tmp_path / "animation.html")
+    look = """
+    await decoded(window);
+    const [button, slider] = [document.querySelector("#bar button"), document.querySelector("#bar input")];
+    const press = (key) => document.body.dispatchEvent(new KeyboardEvent("keydown", {key, bubbles: true}));
+    const told = [button.textContent];
+    press(" ");
+    told.push(button.textContent);
+    slider.value = 10;
+    slider.dispatchEvent(new Event("input"));
+    await frames(2);
+    press("ArrowRight");
+    await frames(2);
+    told.push(slider.value);
+    const reached = [...document.querySelectorAll("a[href], button, input, select, [tabindex]")]
+      .find((one) => one.tabIndex >= 0 && one.checkVisibility());
+    return {told, first: reached === button, lang: document.documentElement.lang, title: document.title,
+      viewport: document.querySelector("meta[name=viewport]") !== null};
+    """
+    seen = open_page(tmp_path / "animation.html", tmp_path, look, (1280, 900)).seen
+    assert seen["told"] == ["pause", "play", "11"]
+    assert (seen["first"], seen["lang"], seen["viewport"], seen["title"]) == (True, "en", True, "four_bar")

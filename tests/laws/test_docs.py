@@ -56,7 +56,10 @@ def test_laws_of_a_script_as_the_page_says():
     for e in (0.98, 0.99):  # exact for small losses: the error is of second order
         assert effective_restitution(small_loss.factor(e)) == pytest.approx(e, abs=(1.0 - e) ** 2)
     smooth = joint(friction="smooth", mu=0.1, v_s=1e-3)
-    assert friction_coefficient(1e-3, 0.0, smooth) == pytest.approx(0.1 / math.sqrt(2.0))
+    assert friction_coefficient(1e-3, smooth) == pytest.approx(0.1 / math.sqrt(2.0))
+    assert space["soft"].law_states.names == ("creep", "bristle")
+    assert abs(space["derivatives"].evaluate([0.002])[space["path"]]["B.ex"][0]) > 0.0
+    assert len(set(space["batch"].peak.ravel())) == 3
     gains = {"gain": 1.0, "leakage": 1.0}
     leaky, long = (
         film_force(joint(film=name, **(gains if name == "leaky" else {})), 0.5, 1.0, 2.0, 1.0, np.empty(0))

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from joint_records import joint
 
 from linkages.laws import FRICTIONS
-from linkages.laws.friction import bristle_rate, friction_coefficient, stribeck
+from linkages.laws.friction import friction_action, friction_coefficient, stribeck
 
 MU_S, MU_D, V_0, V_1 = 0.15, 0.1, 1e-3, 5e-3
 SIGMA_0, SIGMA_1 = 1e5, 300.0
@@ -16,13 +16,17 @@ NUMBERS = {"mu_s": MU_S, "mu_d": MU_D, "v_0": V_0, "v_1": V_1}
 BRISTLES = {"bristle_stiffness": SIGMA_0, "bristle_damping": SIGMA_1}
 JOINTS = {name: joint(friction=name, **NUMBERS, **BRISTLES) for name in FRICTIONS}
 LUGRE = JOINTS["lugre"]
-STATIC = st.sampled_from([name for name, law in FRICTIONS.items() if not law.bristles])
+STATIC = st.sampled_from([name for name, law in FRICTIONS.items() if not law.states])
 SPEED = st.floats(-10.0, 10.0) | st.floats(-0.01, 0.01)
 BRISTLE = st.floats(-MU_S / SIGMA_0, MU_S / SIGMA_0)
 
 
 def mu(name, v, bristle=0.0):
-    return friction_coefficient(v, bristle, JOINTS[name])
+    return friction_action(v, (0.0, 0.0, 0.0, bristle), JOINTS[name])[0]
+
+
+def bristle_rate(v, bristle):
+    return friction_action(v, (0.0, 0.0, 0.0, bristle), LUGRE)[3]
 
 
 @given(name=st.sampled_from(sorted(FRICTIONS)), v=SPEED, bristle=BRISTLE)
@@ -46,10 +50,10 @@ def test_continuous(name, v, step):
 def test_ambrosio_is_the_ramp_of_chen_2025():
     """Table 4: nothing up to 0.1 mm/s, all of it from 1 mm/s on."""
     ramp = joint(friction="ambrosio", mu_d=0.03, v_0=1e-4, v_1=1e-3)
-    assert friction_coefficient(1e-4, 0.0, ramp) == 0.0
-    assert friction_coefficient(5.5e-4, 0.0, ramp) == pytest.approx(0.015)
-    assert friction_coefficient(-1e-3, 0.0, ramp) == pytest.approx(-0.03)
-    assert friction_coefficient(1.0, 0.0, ramp) == 0.03
+    assert friction_coefficient(1e-4, ramp) == 0.0
+    assert friction_coefficient(5.5e-4, ramp) == pytest.approx(0.015)
+    assert friction_coefficient(-1e-3, ramp) == pytest.approx(-0.03)
+    assert friction_coefficient(1.0, ramp) == 0.03
 
 
 def test_cubic_peaks_at_the_static_coefficient_and_is_smooth():
@@ -66,8 +70,8 @@ def slide(v, time, bristle=0.0, steps=20000):
     """Bristle state after sliding at a constant speed, by Heun's method."""
     step = time / steps
     for _ in range(steps):
-        first = bristle_rate(v, bristle, LUGRE)
-        second = bristle_rate(v, bristle + step * first, LUGRE)
+        first = bristle_rate(v, bristle)
+        second = bristle_rate(v, bristle + step * first)
         bristle += 0.5 * step * (first + second)
     return bristle
 
@@ -84,7 +88,7 @@ def test_lugre_settles_on_stribecks_curve(v):
 @given(v=SPEED | st.floats(-1e4, 1e4), bristle=BRISTLE)
 def test_lugre_is_passive(v, bristle):
     """Power taken in exceeds the growth of the bristles' energy sigma_0 z^2/2, in every state."""
-    rate = bristle_rate(v, bristle, LUGRE)
+    rate = bristle_rate(v, bristle)
     loss = v * mu("lugre", v, bristle) - SIGMA_0 * bristle * rate
     assert loss >= -1e-12 * (abs(v * mu("lugre", v, bristle)) + abs(SIGMA_0 * bristle * rate))
 
@@ -92,8 +96,8 @@ def test_lugre_is_passive(v, bristle):
 @given(v=SPEED)
 def test_bristles_stay_within_the_static_limit(v):
     limit = MU_S / SIGMA_0
-    assert bristle_rate(v, limit, LUGRE) <= 1e-12
-    assert bristle_rate(v, -limit, LUGRE) >= -1e-12
+    assert bristle_rate(v, limit) <= 1e-12
+    assert bristle_rate(v, -limit) >= -1e-12
 
 
 def test_lugre_sticks_like_a_spring():

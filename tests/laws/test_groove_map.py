@@ -118,7 +118,7 @@ def test_a_rotor_on_a_map_begins_to_whirl_at_the_mass_of_the_bearing():
 
     def force(x, y, vx, vy):
         e, v = (x * clearance, y * clearance), (vx * clearance * speed, vy * clearance * speed)
-        return clearance_force(joint, table, *e, *v, 0.0, speed, 0.0, 0.0, 0.0)[:2]
+        return clearance_force(joint, table, *e, *v, 0.0, speed, (0.0, 0.0, 0.0, 0.0), 0.0)[:2]
 
     for load in (5968.0, 2387.0):  # Sommerfeld numbers 0.2 and 0.5
         point = linkages.bearing(diameter, diameter, clearance, 0.03, speed, load, grooves=[groove])
@@ -209,7 +209,7 @@ def test_the_groove_turns_with_the_bearing(rule):
     joint, e, v = record(), np.array([4e-5, -3e-5]), np.array([0.01, 0.02])
 
     def force(e, v, wb, wj, angle):
-        return np.array(clearance_force(joint, small(rule), *e, *v, wb, wj, 0.0, 0.0, angle)[:2])
+        return np.array(clearance_force(joint, small(rule), *e, *v, wb, wj, (0.0, 0.0, 0.0, 0.0), angle)[:2])
 
     first, turn = force(e, v, 3.0, 40.0, 0.2), 1.3
     matrix = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
@@ -226,7 +226,7 @@ def test_a_journal_at_rest_floats_on_the_supply_pressure():
     table, eps = small("reynolds", grooves), 0.35
     joint = record(supply_pressure=2e5, groove_angle=0.0)
     e = np.array([0.0, eps * 1e-4])  # at 90 degrees from the first groove
-    fx, fy, *_ = clearance_force(joint, table, *e, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    fx, fy, *_ = clearance_force(joint, table, *e, 0.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0))
     mesh = surface_mesh(SLENDERNESS, grooves, (0.0, eps), *CELLS)
     surface = FilmSurface(mesh, grooves, Pressures(unit=0.4 * (0.015 / 1e-4) ** 2))
     film = solve_film(surface, Thickness(0.0, eps), rule="reynolds", speed=0.0)
@@ -236,7 +236,7 @@ def test_a_journal_at_rest_floats_on_the_supply_pressure():
     assert end_flow(joint, table, *e, 0.0, 0.0, 0.0, 0.0) == pytest.approx(flow, rel=0.01)
     assert np.hypot(*force) > 10.0
     half = record(supply_pressure=1e5, groove_angle=0.0)
-    found = clearance_force(half, table, *e, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)[:2]
+    found = clearance_force(half, table, *e, 0.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0, 0.0))[:2]
     assert found == pytest.approx((0.5 * fx, 0.5 * fy), rel=1e-9)
     assert static_film(0.3, 0.0, small("reynolds")) == (0.0, 0.0, 0.0)
 

@@ -65,7 +65,7 @@ def film_alone(c, e, v, rates, angle):
 def test_a_mixed_joint_is_the_sum_of_its_laws(mixed, eps, at, vx, vy, wb, wj, angle):
     """Film, asperities, Hertz and friction, each by itself; blended or added."""
     e, v, rates = eps * CLEARANCE * np.array([math.cos(at), math.sin(at)]), np.array([vx, vy]), (wb, wj)
-    fx, fy, couple, *_, load = clearance_force(record(**mixed), table(), *e, *v, *rates, 0.1, 0.0, angle)
+    fx, fy, couple, *_, load = clearance_force(record(**mixed), table(), *e, *v, *rates, (0.1, 0.0, 0.0, 0.0), angle)
     n = e / np.hypot(*e)
     t, journal = np.array([-n[1], n[0]]), RADIUS - CLEARANCE
     film, torque = film_alone(CLEARANCE, e, v, rates, angle)
@@ -92,7 +92,9 @@ def test_a_mixed_joint_is_passive(mixed, eps, at, vx, vy, wb, wj):
     """Seen from the bearing, the power of the pair beyond that of elastic and supply pressure is never positive."""
     joint_law = record(**mixed, supply_pressure=0.0)
     e, v = eps * CLEARANCE * np.array([math.cos(at), math.sin(at)]), np.array([vx, vy])
-    fx, fy, couple, *_, closing, sliding, load = clearance_force(joint_law, table(), *e, *v, wb, wj, 0.1, 0.0, 0.2)
+    fx, fy, couple, *_, closing, sliding, load = clearance_force(
+        joint_law, table(), *e, *v, wb, wj, (0.1, 0.0, 0.0, 0.0), 0.2
+    )
     seen = v - wb * np.array([-e[1], e[0]])
     power = fx * seen[0] + fy * seen[1] + couple * (wj - wb)
     size = math.hypot(fx, fy) * (np.hypot(*v) + CLEARANCE * (abs(wb) + abs(wj))) + abs(couple) * abs(wj - wb)
@@ -108,9 +110,9 @@ def test_even_wear_of_a_fed_joint_is_a_larger_clearance(parts, eps, at, vx, vy, 
     profile = np.concatenate([np.full(NODES, depth) for depth in parts if depth])
     nodes = {"bearing_nodes": NODES * (parts[0] > 0.0), "journal_nodes": NODES * (parts[1] > 0.0)}
     worn = record(**nodes, **ASPERITIES)
-    found = worn_force(worn, np.concatenate([table(), profile]), *e, vx, vy, wb, wj, angle, -0.4, 0.0, 0.0)
+    found = worn_force(worn, np.concatenate([table(), profile]), *e, vx, vy, wb, wj, angle, -0.4, 0.0, 0.0, 0.0, 0.0)
     round_joint = record(**ASPERITIES, clearance=CLEARANCE + 3e-5)
-    expected = clearance_force(round_joint, table(), *e, vx, vy, wb, wj, 0.0, 0.0, angle)
+    expected = clearance_force(round_joint, table(), *e, vx, vy, wb, wj, (0.0, 0.0, 0.0, 0.0), angle)
     scale = np.hypot(*expected[:2])
     np.testing.assert_allclose(found[:2], expected[:2], rtol=0.0, atol=1e-9 * scale)
     assert found[2] == pytest.approx(expected[2], abs=1e-9 * (abs(expected[2]) + scale * CLEARANCE))
@@ -125,7 +127,7 @@ def test_pocket_and_groove_turn_with_the_bearing(eps, at, vx, vy, wb, wj, angle,
     def force(by):
         matrix = np.array([[math.cos(by), -math.sin(by)], [math.sin(by), math.cos(by)]])
         e, v = matrix @ (c * eps * np.array([math.cos(at), math.sin(at)])), matrix @ [vx, vy]
-        found = worn_force(worn, whole, *e, *v, wb, wj, angle + by, 0.1 + by, 0.0, 0.0)
+        found = worn_force(worn, whole, *e, *v, wb, wj, angle + by, 0.1 + by, 0.0, 0.0, 0.0, 0.0)
         return e, v, np.array(found[:2]), found[2], matrix
 
     c = CLEARANCE + depth_at(bearing, at - angle)[0]

@@ -22,7 +22,7 @@ FILM = st.sampled_from(sorted(FILMS))
 
 def clearance_force(record, ex, ey, vx, vy, wb, wj):
     """Force and couple of a joint that remembers nothing."""
-    return whole_force(record, TABLE, ex, ey, vx, vy, wb, wj, 0.0, 0.0)[:3]
+    return whole_force(record, TABLE, ex, ey, vx, vy, wb, wj, (0.0, 0.0, 0.0, 0.0))[:3]
 
 
 def joint(film="long", shear="full", **changes):

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import cloudpickle
+import numpy as np
 import pytest
 from joint_records import joint
 from machines import four_bar
@@ -101,6 +102,7 @@ def test_what_is_not_given_is_not_dumped_as_given():
     assert contact.model_dump() == {
         "law": "lankarani-nikravesh", "restitution": 0.9, "youngs_modulus": 207e9, "poissons_ratio": 0.3,
         "stiffness": None, "yield_strength": None, "exponent": 1.5, "damping": 0.0, "clip": True,
+        "branch_stiffness": 0.0, "relaxation": 1e-4,
     }  # fmt: skip
     assert contact.model_dump(exclude_unset=True).keys() == {"law", "restitution", "youngs_modulus", "poissons_ratio"}
 
@@ -140,18 +142,21 @@ def test_a_force_that_reads_what_its_law_neither_declares_nor_needs_is_refused()
 
 
 def test_a_law_that_declares_nothing_has_the_parameters_of_the_built_in_ones():
-    laws.register_friction("old", lambda v, bristle, joint: joint.mu_d * v / (joint.v_1 + joint.v_0))
+    laws.register_friction("old", lambda v, joint: joint.mu_d * v / (joint.v_1 + joint.v_0))
     assert FRICTIONS["old"].parameters == BUILT_IN_PARAMETERS["friction"]
     system = linkages.load(FILE, {"joints.B.friction.law": "old", "joints.B.friction.v_1": 3e-4})
     assert system.laws["friction_1"][0] == 3e-4
 
 
-def test_bristles_bring_the_parameters_of_their_rate():
-    laws.register_friction("bristly", lambda v, bristle, joint: joint.top * bristle, bristles=True,
+def test_the_magnitude_of_a_state_follows_from_the_parameters_of_its_law():
+    state = laws.State("bristle", "m", lambda values: 0.2 / values["top"], start=3e-6)
+    laws.register_friction("bristly", lambda v, bristle, joint: (joint.top * bristle, v - bristle), states=[state],
                            parameters=[Parameter("top", "1/m", 1e5, "stiffness")])  # fmt: skip
-    assert [p.name for p in FRICTIONS["bristly"].parameters] == ["top", "v_1", "bristle_stiffness"]
-    system = linkages.load(FILE, {"joints.B.friction.law": "bristly", "joints.B.friction.bristle_stiffness": 2e4})
-    assert system.laws["bristle_scale"][0] == 1.0 / 2e4
+    system = linkages.load(FILE, {"joints.B.friction.law": "bristly", "joints.B.friction.top": 2e4})
+    assert system.law_states.names == ("bristle",)
+    assert system.law_states.scales == pytest.approx([1e-5], rel=1e-15)
+    assert system.law_states.starts == pytest.approx([3e-6], rel=1e-15)
+    assert system.law_states.remembered(0) == (np.inf, 0.0, 0.0, 3e-6)  # after the speed of approach, at the last place
 
 
 @pytest.mark.parametrize("kind", REGISTRIES)

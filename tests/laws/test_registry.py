@@ -16,10 +16,12 @@ from numba import config
 from pydantic import TypeAdapter, ValidationError
 
 import linkages
-from linkages.input.model.experiment_tables import ContactName
+from linkages.elements.contact_tables import ContactName
 from linkages.laws import (
     CONTACTS,
     FRICTIONS,
+    Parameter,
+    State,
     register_contact,
     register_film,
     register_friction,
@@ -27,9 +29,9 @@ from linkages.laws import (
     restore,
     user_laws,
 )
-from linkages.laws.contact.contact_laws import contact_force
+from linkages.laws.contact.contact_laws import contact_force, normal_force
 from linkages.laws.film.films import film_force
-from linkages.laws.friction import friction_coefficient
+from linkages.laws.friction import friction_action, friction_coefficient
 
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -79,7 +81,7 @@ def test_laws_take_numbers_of_any_type(kind):
     law["mu_d"] = law["mu_s"] = 0.25
     one, zero = kind(1), kind(0)
     assert contact_force(one, zero, one, law) == contact_force(1.0, 0.0, 1.0, law) == 2.0  # K delta^1.5
-    assert friction_coefficient(one, zero, law) == friction_coefficient(1.0, 0.0, law)
+    assert friction_coefficient(one, law) == friction_coefficient(1.0, law)
     # at rest in the middle, wedge rate 2: the half film of an infinitely long bearing, f_t = 6 pi
     table, ew = np.zeros(1), kind(2) if kind is not bool else 2
     found = film_force(law, zero, zero, ew, one, table)
@@ -90,7 +92,7 @@ def test_laws_take_numbers_of_any_type(kind):
 @compiled_only
 def test_laws_refuse_complex_numbers():
     with pytest.raises(numba.TypingError, match="takes real numbers"):
-        friction_coefficient(1j, 0.0, joint(friction="coulomb"))
+        friction_coefficient(1j, joint(friction="coulomb"))
 
 
 @given(eps=st.floats(0.0, 1.1), deps=st.floats(-50.0, 50.0), ew=st.floats(-50.0, 50.0))
@@ -101,7 +103,7 @@ def test_a_registered_film_is_the_built_in_one(eps, deps, ew):
     assert mine == built_in
 
 
-def coulomb(v, bristle, joint):
+def coulomb(v, joint):
     """The built-in law, written without it."""
     return joint.mu_d * math.tanh(v / joint.v_1)
 
@@ -110,14 +112,40 @@ def coulomb(v, bristle, joint):
 def test_a_registered_friction_law_is_the_built_in_one(v):
     register_friction("mine", coulomb)
     numbers = {"mu_d": 0.1, "v_1": 1e-3}
-    mine, built_in = (friction_coefficient(v, 0.0, joint(friction=name, **numbers)) for name in ("mine", "coulomb"))
+    mine, built_in = (friction_coefficient(v, joint(friction=name, **numbers)) for name in ("mine", "coulomb"))
     assert mine == built_in
 
 
 def test_a_registered_friction_law_can_have_bristles():
-    register_friction("bristly", lambda v, bristle, joint: joint.bristle_stiffness * bristle, bristles=True)
-    assert friction_coefficient(0.1, 2e-6, joint(friction="bristly", bristle_stiffness=1e5)) == 1e5 * 2e-6
-    assert FRICTIONS["bristly"].bristles
+    """The same as LuGre's law without damping of the bristles."""
+
+    def bristly(v, bristle, joint):
+        steady = joint.mu_d + (joint.mu_s - joint.mu_d) * math.exp(-((v / joint.v_1) ** 2))
+        rate = v - joint.bristle_stiffness * abs(v) * bristle / steady
+        return joint.bristle_stiffness * bristle, rate
+
+    register_friction("bristly", bristly, states=[State("bristle", "m", 1e-6)])
+    numbers = {"bristle_stiffness": 1e5, "mu_d": 0.1, "mu_s": 0.14, "v_1": 1e-3}
+    mine, built_in = (
+        friction_action(0.002, (0.0, 0.0, 0.0, 2e-7), joint(friction=name, **numbers)) for name in ("bristly", "lugre")
+    )
+    assert mine == pytest.approx(built_in, rel=1e-15)
+    assert [state.name for state in FRICTIONS["bristly"].states] == ["bristle"]
+
+
+def test_a_contact_law_with_a_state_relaxes_without_contact():
+    """A spring and a damper in series: no force without penetration, and the damper's rate under the spring's force."""
+
+    def series(delta, ddelta, ddelta0, creep, joint):
+        force = joint.branch * (delta - creep)
+        return force, force / 50.0
+
+    register_contact("series", series, parameters=[Parameter("branch", "N/m", None, "stiffness")],
+                     states=[State("creep", "m", 1e-6)])  # fmt: skip
+    law = joint(contact="series", branch=2e4)
+    assert normal_force(3e-6, 0.0, (0.1, 1e-6, 0.0, 0.0), law) == pytest.approx((4e-2, 8e-4, 0.0, 0.0), rel=1e-12)
+    assert normal_force(-3e-6, 0.1, (0.1, 1e-6, 0.0, 0.0), law) == pytest.approx((0.0, -4e-4, 0.0, 0.0), rel=1e-12)
+    assert normal_force(3e-6, 0.0, (0.1, 5e-6, 0.0, 0.0), law)[0] == 0.0  # it does not pull
 
 
 def test_no_contact_pulls_nor_acts_without_penetration():
@@ -166,7 +194,7 @@ UNFIT = [
     (register_contact, math.sqrt, "is not a Python function"),
     (register_contact, None, "give a force, a factor, or both"),
     (register_film, lambda eps, deps, ew: (1.0, 1.0, 1.0), r"must take \(eps, deps, ew, slenderness\)"),
-    (register_friction, lambda v: v, r"must take \(v, bristle, joint\)"),
+    (register_friction, lambda v: v, r"must take \(v, joint\)"),
 ]
 UNCOMPILABLE = [
     (register_contact, lambda delta, ddelta, ddelta0, joint: (1.0, 2.0), "must return float64"),
@@ -175,6 +203,32 @@ UNCOMPILABLE = [
     (register_film, lambda eps, deps, ew, slenderness: (eps, ew), "must return UniTuple"),
     (register_film, lambda eps, deps, ew, slenderness: eps, "must return UniTuple"),
 ]
+
+
+@compiled_only
+@pytest.mark.parametrize(
+    ("states", "law", "reason"),
+    [
+        (
+            [State("x", "m", 1.0)],
+            lambda delta, ddelta, ddelta0, x, joint: delta,
+            r"returns float64; must return UniTuple",
+        ),
+        (
+            [State("x", "m", 1.0)],
+            lambda delta, ddelta, ddelta0, joint: delta,
+            r"must take \(delta, ddelta, ddelta0, x, joint",
+        ),
+        (4 * [State("x", "m", 1.0)], lambda delta, ddelta, ddelta0, x, joint: delta, "at most 3 are possible"),
+        (2 * [State("x", "m", 1.0)], lambda delta, ddelta, ddelta0, x, joint: delta, "no other state's"),
+        (["x"], lambda delta, ddelta, ddelta0, x, joint: delta, r"'x' is not a linkages\.laws\.State"),
+    ],
+)
+def test_unfit_states_are_refused_in_one_line(states, law, reason):
+    with pytest.raises(ValueError, match=reason) as refused:
+        register_contact("unfit", law, states=states)
+    assert len(str(refused.value).splitlines()) == 1
+    assert not registered(["unfit"])
 
 
 @pytest.mark.parametrize(
@@ -219,12 +273,16 @@ def test_laws_go_to_another_process():
     assert CONTACTS["sent"].source == "a page"
 
 
-def test_a_system_takes_the_laws_of_its_stops_and_contacts_along(system_of):
+def test_a_system_takes_the_laws_of_its_elements_and_contacts_along(system_of):
     register_contact("stop", spring(5.0))
     register_contact("touch", spring(6.0))
+    register_contact("teeth", spring(7.0))
     toml = """duration = 1e-3
 [drives.O]
 speed = 1.0
+[drives.O.backlash]
+play = 0.01
+contact = {law = "teeth", restitution = 1.0, stiffness = 1e5}
 [stops.end]
 joint = "O"
 side = "upper"
@@ -236,10 +294,11 @@ anchor = [0.0, -1.0]
 contact = {law = "touch", restitution = 1.0, stiffness = 1e5}
 """
     sent = cloudpickle.dumps(system_of(four_bar(), toml))
-    for name in ("stop", "touch"):
+    names = ["stop", "touch", "teeth"]
+    for name in names:
         forget(name)
     pickle.loads(sent)
-    assert registered(["stop", "touch"])[1].name == "touch"
+    assert [law.name for law in registered(names)] == names
 
 
 def test_what_comes_from_another_process_replaces_older_laws_alone():
@@ -272,7 +331,7 @@ LAWS = {"joints.B.contact.law": "mine", "joints.B.friction.law": "mine"}
 def test_a_run_with_registered_laws_is_the_run_with_the_built_in_ones(engine):
     """The slider-crank's first impact, to the last bit."""
 
-    def ambrosio(v, bristle, joint):
+    def ambrosio(v, joint):
         ramp = min(max((abs(v) - joint.v_0) / (joint.v_1 - joint.v_0), 0.0), 1.0)
         return math.copysign(joint.mu_d * ramp, v)
 

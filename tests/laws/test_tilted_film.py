@@ -82,7 +82,9 @@ def test_the_pair_is_passive(eps, direction, vx, vy, omega_b, omega_j, tilt, ang
     joint = record(tilt, angle)
     ex, ey = 1e-4 * eps * math.cos(direction), 1e-4 * eps * math.sin(direction)
     vx, vy = 0.01 * vx, 0.01 * vy
-    fx, fy, couple, *_ = clearance_force(joint, np.zeros(0), ex, ey, vx, vy, omega_b, omega_j, 0.0, 0.0, 0.2)
+    fx, fy, couple, *_ = clearance_force(
+        joint, np.zeros(0), ex, ey, vx, vy, omega_b, omega_j, (0.0, 0.0, 0.0, 0.0), 0.2
+    )
     power = fx * (vx + omega_b * ey) + fy * (vy - omega_b * ex) + couple * (omega_j - omega_b)
     assert power <= 0.0
 
@@ -101,8 +103,8 @@ def test_a_turning_observer_sees_the_same_force(rate):
     joint = record()
     e, v = np.array([3e-5, 2e-5]), np.array([1e-3, -2e-3])
     seen = v + rate * np.array([-e[1], e[0]])
-    one = clearance_force(joint, np.zeros(0), *e, *v, 20.0, 90.0, 0.0, 0.0, 0.4)
-    other = clearance_force(joint, np.zeros(0), *e, *seen, 20.0 + rate, 90.0 + rate, 0.0, 0.0, 0.4)
+    one = clearance_force(joint, np.zeros(0), *e, *v, 20.0, 90.0, (0.0, 0.0, 0.0, 0.0), 0.4)
+    other = clearance_force(joint, np.zeros(0), *e, *seen, 20.0 + rate, 90.0 + rate, (0.0, 0.0, 0.0, 0.0), 0.4)
     assert other[:3] == pytest.approx(one[:3], rel=1e-9)
 
 
@@ -111,8 +113,10 @@ def test_a_turned_bearing_turns_the_force():
     c, s = math.cos(turn), math.sin(turn)
     rotation = np.array([[c, -s], [s, c]])
     e, v = np.array([3e-5, 2e-5]), np.array([1e-3, -2e-3])
-    one = clearance_force(joint, np.zeros(0), *e, *v, 20.0, 90.0, 0.0, 0.0, 0.4)
-    other = clearance_force(joint, np.zeros(0), *rotation @ e, *rotation @ v, 20.0, 90.0, 0.0, 0.0, 0.4 + turn)
+    one = clearance_force(joint, np.zeros(0), *e, *v, 20.0, 90.0, (0.0, 0.0, 0.0, 0.0), 0.4)
+    other = clearance_force(
+        joint, np.zeros(0), *rotation @ e, *rotation @ v, 20.0, 90.0, (0.0, 0.0, 0.0, 0.0), 0.4 + turn
+    )
     assert other[:2] == pytest.approx(rotation @ one[:2], rel=1e-9)
     assert other[2] == pytest.approx(one[2], rel=1e-9)
 

@@ -5,6 +5,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -76,7 +77,7 @@ def test_a_killed_worker_loses_nothing(tmp_path, loopback):
     expected = run(toy.make_task(generations=8), tmp_path / "here.sqlite")
     calls, after = [], set()
     with cluster(address, REMEDY) as (executor, threads):
-        assert threads >= 1
+        assert threads() >= 1
 
         def evaluate(designs):
             calls.append(len(designs))
@@ -125,35 +126,83 @@ def test_workers_of_other_versions_are_refused(loopback, monkeypatch):
     from linkages.engines import cluster
 
     address, _ = loopback
-    here = cluster.versions()
+    here = cluster.determining()
 
     def pretended():
         return {**here, "numpy": "0.1"} if os.getpid() != PID else here
 
     PID = os.getpid()
-    monkeypatch.setattr(cluster, "versions", pretended)
+    monkeypatch.setattr(cluster, "determining", pretended)
     with pytest.raises(RunError, match=r"worker tcp://\S+ has numpy 0\.1, here is"), cluster.cluster(address, REMEDY):
         pass
 
 
 @pytest.mark.slow
-def test_no_workers(monkeypatch):
+def test_no_workers():
     from linkages import RunError
     from linkages.engines import cluster
 
-    monkeypatch.setattr(cluster, "_WORKER", 1.0)
     scheduler = start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     try:
         address = address_of(scheduler)
         with (
             pytest.raises(RunError, match="has no workers; start some with: dask worker"),
-            cluster.cluster(address, REMEDY),
+            cluster.cluster(address, REMEDY, wait=0.5),
         ):
             pass
     finally:
         scheduler.kill()
         scheduler.wait()
         scheduler.stderr.close()
+
+
+@pytest.mark.slow
+def test_a_scheduler_is_found_by_its_file_and_waited_for(tmp_path):
+    """The command begins before the scheduler, which begins before its worker."""
+    from linkages.engines.cluster import cluster
+
+    file, ended = tmp_path / "dask.json", []
+    command = ("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+
+    def work():
+        with cluster(str(file), REMEDY, wait=100.0) as (executor, threads):
+            ended.append((executor.submit(sum, [1, 2]).result(), threads()))
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    processes = [start(*command, "--scheduler-file", str(file))]
+    try:
+        address_of(processes[0])
+        words = ("--no-nanny", "--nthreads", "1", "--no-dashboard", "--scheduler-file", str(file))
+        processes.append(start("distributed.cli.dask_worker", *words))
+        thread.join()
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+            process.stderr.close()
+    assert ended == [(3, 1)]
+
+
+def test_a_file_that_no_scheduler_writes_is_not_waited_for_longer_than_asked(tmp_path, capsys):
+    from linkages.cli.main import main
+
+    words = ["tolerances", "slidercrank_tolerances", "--out", str(tmp_path / "out"), "--cluster"]
+    file = str(tmp_path / "dask.json")
+    assert main([*words, file, "--wait", "0"]) == 2
+    remedy = f"start one with: dask scheduler --scheduler-file {file}; or give a longer --wait"
+    assert capsys.readouterr().err == f"error: --cluster: {file}: no scheduler has written this file; {remedy}\n"
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (["--wait", "5"], "--wait: 5: belongs to --cluster; give the address, or remove it"),
+    (["--wait", "-5", "--cluster", "x.json"], "--wait: -5: must be zero or positive"),
+])  # fmt: skip
+def test_a_time_to_wait_is_checked(tmp_path, capsys, words, said):
+    from linkages.cli.main import main
+
+    assert main(["tolerances", "slidercrank_tolerances", "--out", str(tmp_path / "out"), *words]) == 2
+    assert capsys.readouterr().err == f"error: {said}\n"
 
 
 STUDY = """experiment = "slider_crank_dry.toml"

@@ -7,6 +7,7 @@ import signal
 import numpy as np
 import pytest
 
+import optim
 from linkages.cli.main import main
 from optim import format_result, load_study
 from optim.store.store import read_store
@@ -55,18 +56,12 @@ def file(tmp_path, invented_engine):
 @pytest.mark.parametrize(("oil", "note"), [(0.6, "at its upper bound"), (0.0505, "at its lower bound"), (0.06, "")])
 def test_a_variable_at_a_bound_is_said_to_be_there(file, oil, note):
     """Within a thousandth of the range, 0.05 to 0.6."""
-    design = {"variables": {"sdf.links.link2.mass": 0.3, "joints.A.viscosity": oil}, "objectives": {"force": 1.0}}
-    design |= {"constraints": {}, "feasible": True}
-    result = {
-        "best": design,
-        "nominal": design,
-        "front": [],
-        "designs": {},
-        "unrun": 0,
-        "status": "converged",
-        "seed": 0,
-    }
-    result |= {"algorithm": {"name": "ga"}, "evaluations": 1, "failed": 0, "wall_time": 1.0}
+    variables = {"sdf.links.link2.mass": 0.3, "joints.A.viscosity": oil}
+    design = optim.Design.model_construct(variables=variables, objectives={"force": 1.0}, constraints={}, feasible=True)
+    result = optim.StudyResult.model_construct(
+        best=design, nominal=design, front=[], designs={}, unrun=0, status="converged", seed=0,
+        algorithm={"name": "ga"}, evaluations=1, failed=0, wall_time=1.0,
+    )  # fmt: skip
     lines = format_result(load_study(file), result).splitlines()
     assert next(line for line in lines if "viscosity" in line).endswith(note or "0.6")
     assert next(line for line in lines if "mass" in line).endswith("0.438")
@@ -253,7 +248,7 @@ def test_studies_and_seeds_in_one_job(file, tmp_path, capsys):
 )
 def test_refused(file, tmp_path, capsys, monkeypatch, arguments, message):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("linkages.engines.cluster._ANSWER", 1.0)
+    monkeypatch.setattr("linkages.engines.cluster.WAIT", 1.0)
     monkeypatch.chdir(tmp_path)
     assert command("optimise", file.name, *arguments) == 2
     err = capsys.readouterr().err

@@ -1,16 +1,19 @@
 """From runs to objectives and constraints: functionals by hand, failures, and independence of how runs are divided."""
 
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 from linkages import RunError
-from optim.evaluate import evaluator as evaluating
+from linkages.engines import parcels
+from linkages.engines.parcels import Parcel
+from optim.evaluate import remote
 from optim.evaluate.evaluations import Evaluations
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units, problem_of, values_of
-from optim.evaluate.requests import Statistics, run_parts
+from optim.evaluate.requests import Statistics
 from optim.problem.load import load_study
 
 STUDY = """
@@ -227,24 +230,74 @@ def test_division_into_requests_does_not_change_a_bit(study, invented_engine, pa
 
 @pytest.mark.processes
 def test_requests_to_an_executor_carry_enough_work(study, invented_engine, monkeypatch):
-    """By the clock every request takes 0.1 s; after one of a single design five designs make half a second."""
-    found, now = study(LIMITED), iter(0.1 * np.arange(1000))
-    monkeypatch.setattr(evaluating.time, "perf_counter", lambda: next(now))
-    asked = []
+    """By the clock a population takes 0.1 s a design: five designs make half a second, at both operating points."""
+    found, real, asked = study(LIMITED), remote.answer, []
 
-    def answer(engines, request):
-        asked.append(len(request.values))
-        return run_parts(engines, request)
+    def answer(shared, values):
+        asked.append(len(values))
+        return real(shared, values)._replace(seconds=0.1 * len(values))
 
-    monkeypatch.setattr(evaluating, "run_parts", answer)
+    monkeypatch.setattr(remote, "answer", answer)
     designs = np.random.default_rng(3).uniform(found.lower, found.upper, (12, 2))
     with ThreadPoolExecutor(1) as executor:
         evaluate = Evaluator(found, executor, parts=50)
-        evaluate(designs[:1])
-        assert set(asked) == {1}
+        assert evaluate.population(512) == 512
+        evaluate(designs[:3])
+        assert asked == [1] * 6, "nothing is known of the first population"
         asked.clear()
         evaluate(designs)
-    assert set(asked) == {5, 2}
+        assert asked == [6, 6] * 2
+        assert evaluate.population(512) == 512, "250 designs are enough for 50 requests"
+
+
+@pytest.mark.processes
+def test_a_population_is_work_enough_for_all_workers(study, invented_engine, monkeypatch):
+    """Of 0.31 ms each, 3226 designs make two requests of half a second: seven times 512; and four workers are followed.
+
+    A quick request beside slow ones changes nothing: the time of all counts.
+    """
+    found, workers, given = study(LIMITED), [1], iter([1e-6, 0.62e-3] * 100)
+    real = remote.answer
+    monkeypatch.setattr(
+        remote, "answer", lambda shared, values: real(shared, values)._replace(seconds=next(given) * len(values))
+    )
+    with ThreadPoolExecutor(1) as executor:
+        evaluate = Evaluator(found, executor, parts=lambda: 2 * workers[0])
+        evaluate(np.tile(found.nominal, (4, 1)))
+        assert evaluate.population(512) == 7 * 512
+        workers[0] = 4
+        assert evaluate.population(512) == 26 * 512
+        workers[0] = 0
+        assert evaluate.population(512) == 4 * 512
+
+
+def test_another_process_reads_what_requests_share_once(study, invented_engine):
+    """Two requests that were pickled apart have one system afterwards."""
+    shared = Parcel((study(LIMITED).points[0].system, "engines"))
+    one, other = (pickle.loads(pickle.dumps((shared, k))) for k in (1, 2))
+    assert one[0] is other[0]
+    assert one[0].content[0] is not shared.content[0]
+
+
+def test_a_worker_that_comes_later_with_another_version_is_refused(monkeypatch):
+    sent = pickle.dumps(Parcel("other versions"))
+    monkeypatch.setattr(parcels, "determining", lambda: {"linkages": "0.0", "numba": "0", "numpy": "0", "scipy": "0"})
+    with pytest.raises(
+        RunError, match=r"worker process \d+ on \S+ has linkages 0\.0, and .* is needed; install the same"
+    ):
+        pickle.loads(sent)
+
+
+def test_answers_are_sent_by_columns():
+    """10,000 designs of which one failed: 32 bytes of numbers and one of the status, each."""
+    values = np.random.default_rng(1).random((4, 10_000, 1, 1))
+    status, reason = ["ok"] * 10_000, [""] * 10_000
+    status[7], reason[7] = "no-assembly", "the loops do not close"
+    answer = remote.answered(Statistics(values, status, reason), 1.0)
+    again = pickle.loads(sent := pickle.dumps(answer)).statistics()
+    assert (again.status, again.reason) == (status, reason)
+    assert again.values.tobytes() == values.tobytes()
+    assert len(sent) < 33 * 10_000 + 2000
 
 
 def test_formulas_alone_need_no_run(study, monkeypatch):

@@ -110,6 +110,16 @@ def test_the_machine_has_the_closed_form(tmp_path):
     np.testing.assert_allclose(run.evaluate(times)["mass.x"], oscillation(times), atol=1e-9)
 
 
+@pytest.mark.parametrize("header", ["t,x (mm)", "T (ms),X [mm]"])
+def test_a_deviation_is_in_the_unit_of_the_heading(tmp_path, header):
+    """0.5 mm, also where parentheses state the unit."""
+    task = TASK.replace('unit = "mm"\n', "")
+    path = oscillator(tmp_path, task=task.replace(', unit = "ms"', "") if "(ms)" in header else task, header=header)
+    (channel,) = load_identification(path).measurements[0].channels
+    assert channel.deviation == pytest.approx(5e-4)
+    assert channel.times[-1] == pytest.approx(1.9)
+
+
 def test_values_gain_offset_and_clock_are_found_with_the_least_possible_deviation(tmp_path):
     found = optim.identify(load_identification(oscillator(tmp_path)))
     times, wanted = np.linspace(0.01, 1.9, 400), np.array([STIFFNESS, DAMPING, GAIN, OFFSET, SHIFT])

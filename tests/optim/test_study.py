@@ -10,10 +10,11 @@ import toy_optimisation as toy
 from toy_optimisation import run
 
 from linkages import InputError, RunError
+from linkages.base import disk
 from linkages.input.files.writing import locked
 from optim import ALGORITHMS, Stopped, find_study, load_study, optimise
 from optim.evaluate.evaluations import Evaluations
-from optim.search.optimise import identity_of, settings_of
+from optim.search.task import identity_of, settings_of
 from optim.store import store as study
 from optim.store.sqlite import SCHEMA, UNSEALED
 
@@ -238,6 +239,25 @@ def test_lock_is_free_again_after_use(tmp_path):
             locked(tmp_path / "lock", path),
         ):
             pass
+
+
+def test_a_store_on_a_network_file_system_needs_no_shared_memory(tmp_path, monkeypatch):
+    """The write-ahead log does; the store is the same otherwise, also where it moves to a local disk."""
+    mounts = tmp_path / "mounts"
+    mounts.write_text(f"proc /proc proc rw 0 0\n/dev/sda / ext4 rw 0 0\nhome:/x {tmp_path / 'far'} nfs4 rw 0 0\n")
+    (tmp_path / "far").mkdir()
+    assert [disk.on_network(tmp_path / name, mounts) for name in ("far", "far/a/b", "near")] == [True, True, False]
+    assert not disk.on_network(tmp_path, tmp_path / "no mounts")
+    meta = {key: ["x"] for key in ("variables", "objectives", "constraints")}
+    row = np.ones((1, 1)), Evaluations(np.ones((1, 1)), np.ones((1, 1)), ("ok",), ("",))
+    for far, mode in ((True, "delete"), (False, "wal"), (True, "delete")):
+        monkeypatch.setattr(study, "on_network", lambda path, far=far: far)
+        path = tmp_path / "study.sqlite"
+        with study.open_store(path) if path.exists() else study.create(path, meta) as store:
+            if not store.count()[0]:
+                store.add(*row, 1.0)
+            assert store._rows("PRAGMA journal_mode") == [(mode,)]
+            assert store.evaluations()[0].tolist() == [[1.0]]
 
 
 def test_no_pickle(begun):

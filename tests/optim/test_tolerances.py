@@ -12,6 +12,7 @@ from scipy.stats import norm, trapezoid, triang
 import linkages
 from linkages import InputError
 from linkages.cli.main import main
+from optim.evaluate import remote
 from optim.evaluate.evaluator import Evaluator
 from optim.problem.distributions import Empirical, Marginal, of_fit, of_shape
 from optim.problem.load import load_study
@@ -396,13 +397,46 @@ def test_same_rows_however_they_are_run(study_of, tmp_path, invented_engine):
     with pytest.raises(KeyboardInterrupt):
         tolerances(study, tmp_path / "c.sqlite", progress=strike)
     resumed = tolerances(study, tmp_path / "c.sqlite", resume=True)
-    assert json.dumps(resumed) == json.dumps(whole)
+    assert json.dumps(resumed.content) == json.dumps(whole.content)
     tables = []
     for name in "abc":
         with read_store(tmp_path / f"{name}.sqlite") as store:
             designs, found = store.evaluations()
         tables.append((designs.tobytes(), found.constraints.tobytes()))
     assert tables[0] == tables[1] == tables[2]
+
+
+@pytest.mark.processes
+def test_a_study_on_workers_stops_at_the_same_machine(study_of, invented_engine, monkeypatch):
+    """A chunk of 2048 machines, as quick runs have, is judged after each 512, as the chunks of one process are."""
+    study = study_of(RUNS, "samples = 6000\nwidth = 0.04")
+    alone = tolerances(study)
+    assert 512 < alone["samples"] < 6000
+    monkeypatch.setattr(remote.Dispatcher, "population", lambda self, least: 4 * least)
+    with ThreadPoolExecutor(2) as executor:
+        assert tolerances(study, evaluator=Evaluator(study, executor, 4)).content == alone.content
+
+
+@pytest.mark.processes
+def test_workers_get_the_next_chunk_before_the_last_one_is_judged(study_of, invented_engine, monkeypatch):
+    """No worker waits while the results of a chunk are stored."""
+    study, told, real = study_of(RUNS, "samples = 2048"), [], (remote.Dispatcher.send, remote.Dispatcher.receive)
+
+    def send(self, shared, values):
+        told.append(f"send {len(values)}")
+        return real[0](self, shared, values)
+
+    def receive(self, sent):
+        told.append("receive")
+        return real[1](self, sent)
+
+    monkeypatch.setattr(remote.Dispatcher, "send", send)
+    monkeypatch.setattr(remote.Dispatcher, "receive", receive)
+    monkeypatch.setattr(remote.Dispatcher, "population", lambda self, least: least)
+    with ThreadPoolExecutor(2) as executor:
+        tolerances(study, evaluator=Evaluator(study, executor, 4))
+    chunk = "send 512"
+    assert told[:10] == ["send 1", "receive", chunk, chunk, *["receive", chunk] * 2, "receive", "receive"]
 
 
 def test_more_machines_later(study_of, tmp_path, invented_engine):

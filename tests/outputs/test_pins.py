@@ -1,5 +1,7 @@
 """Joints as points: their places and speeds, and how a wrong name is answered."""
 
+import re
+
 import numpy as np
 import pytest
 from machines import four_bar, joint, model, slider_crank, solid
@@ -114,8 +116,8 @@ def test_the_table_shows_outputs_of_drives_with_their_units(experiment_file, tmp
         file = experiment_file(model("wheel", solid("one", 1.0, 0.2) + part), text)
         assert main(["simulate", str(file), "--out", str(tmp_path / "out"), "--force", "--no-plots"]) == 0
         shown = capsys.readouterr().out
-        for label in (f"O.rate [{units[0]}]", f"O.torque [{units[1]}]", "kinetic_energy [J]"):
-            assert label in shown
+        for label in (rf"O.rate \[{units[0]}\]", rf"O.torque \[{units[1]}\]", r"kinetic_energy \[m?J\]"):
+            assert re.search(label, shown)
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,7 @@ def test_drake_gives_every_name_and_the_same_values(name, system_named):
 def test_the_ideal_linkage_gives_every_ideal_name(system):
     names = registry.names(system, ideal=True)
     real = [name for name in registry.names(system) if name not in names]  # outputs of clearances and flanks
-    assert bool(real) == bool(system.experiment.play or system.experiment.slack)
+    assert bool(real) == bool(system.experiment.play or system.experiment.loose)
     motion = linkages.ideal(system, "compiled")
     if system.determinate:
         assert set(motion.columns) == {"time", *names}

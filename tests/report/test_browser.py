@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from browser import find_browser, open_page, picture
 
-from linkages.input.model.skeleton import COLORS
+from linkages.base.palette import LINKS
 from linkages.results.trajectory import load_trajectory
 from linkages.show.plots.animation.magnified import GAP, REACH
 from linkages.show.report.page import write_report
@@ -102,7 +102,7 @@ def test_every_figure_renders_and_can_be_enlarged(page, results_folder):
     is_open, width, alt = page.seen["enlarged"]
     assert is_open
     assert width == page.seen["figures"][1][0]
-    assert alt.startswith("coupler.ax over time")
+    assert alt.startswith("Coupler: acceleration ax: ")
     assert page.seen["overflow"] <= 0  # nothing sticks out of the page
 
 
@@ -121,7 +121,7 @@ def test_the_animation_renders_and_moves(page):
 def test_links_have_the_same_colours_in_the_animation_and_the_drawing(page):
     """Faces in the plane: less than 0.03 of each channel from the colour of the link."""
     shown = picture(page.seen["frames"][0]).reshape(-1, 3)
-    for color in COLORS[:3]:
+    for color in LINKS[:3]:
         wanted = [int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)]
         assert np.sum(np.abs(shown - wanted).max(axis=1) < 0.03) > 100, color
 

@@ -53,8 +53,8 @@ def test_ideal_joints_are_drawn_beside_the_run(results_folder):
         drawn = np.interp(ideal.time, curve["ideal"]["time"], curve["ideal"]["values"])
         np.testing.assert_allclose(drawn, ideal[name], atol=2e-3 * np.abs(ideal[name]).max())
     assert found["coupler.ax"]["unit"] == "m/s2"
-    mechanism = recorded_system(load_results(results_folder)).mechanism
+    of_links = recorded_system(load_results(results_folder)).colors
     colors = {name: curve["color"] for name, curve in found.items()}
-    assert colors == {name: color_for(mechanism, name) for name in found}  # as in the figures
+    assert colors == {name: color_for(of_links, name) for name in found}  # as in the figures
     assert len({colors[name] for name in ("follower.omega", "coupler.ax", "O.torque")}) == 3
     assert max(found["B.force"]["run"]["values"]) > 2.0 * max(found["B.force"]["ideal"]["values"])  # impacts

@@ -139,9 +139,9 @@ def test_tables_have_the_drives_that_act_and_the_units_of_prismatic_joints(force
     assert main(["simulate", str(tmp_path / "slide.toml"), "--no-plots", "--no-animation", "--out", str(out)]) == 0
     said, summary = capsys.readouterr().out, json.loads((out / "summary.json").read_text())
     found = rows(render(load_results(out)))
-    assert ("O force [N]" in said) == ("O force [N]" in found) == bool(force)
+    assert bool(re.search(r"O force \[\w?N\]", said)) == ("O force [N]" in found) == bool(force)
     assert summary["drives"]["O"].get("acts", True) == bool(force)
-    assert "rub force [N]" in said
+    assert re.search(r"rub force \[\w?N\]", said)
     assert found["frictions.rub.constant"][:2] == ["0.1", "N"]
     assert found["frictions.rub.viscous"][:2] == ["0.2", "N s/m"]
     assert found["drives.O.speed"][:2] == ["0.5", "m/s"]

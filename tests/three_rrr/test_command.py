@@ -10,7 +10,6 @@ import pytest
 
 from linkages.cli.main import main
 from linkages.input.files.shipped import data_folder
-from linkages.three_rrr import verify as verification
 from linkages.three_rrr.branch import follow
 from linkages.three_rrr.direct import assemblies, count
 from linkages.three_rrr.robot import changed, load_robot
@@ -45,6 +44,8 @@ def test_a_failed_comparison_with_drake_ends_with_status_1(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Drake's plant has another density than the finite elements: the mass matrices differ by 0.1 %."""
+    from linkages.three_rrr import verify as verification
+
     heavy = verification.RigidPlant
     monkeypatch.setattr(
         verification, "RigidPlant", lambda robot: heavy(changed(robot, material={"density": 1.001 * 7850.0}))

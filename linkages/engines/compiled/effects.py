@@ -7,7 +7,7 @@ change coordinates only, and no motion.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import combinations
 from pathlib import Path
@@ -18,11 +18,15 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, listed
 from linkages.base.kernel.block import Contents, contents
+from linkages.elements.machine import all_elements_of
 from linkages.engines.compiled.run.job import make_given
-from linkages.input.model.mechanism import Frame, Mechanism
+from linkages.input.functions.definitions import TIME
+from linkages.input.model.mechanism import Frame, Link
 from linkages.mechanics.planar.kinematics import poses_at
+from linkages.results.derivatives import Direction
 from linkages.results.outputs.registry import pack
 from linkages.system import System
+from linkages.system.identity import input_tables
 
 #: Keys of an experiment that are no model: the extent and accuracy of the run, and its report.
 _SETTINGS = frozenset(
@@ -61,12 +65,14 @@ def varied(system: System, path: str, values: Sequence[float], outputs: Sequence
     path : str
         Dotted path, see `linkages.System.replaced`.
     values : sequence of float
-        Values to compare with each other; of one alone, with the system's.
+        Values to compare with each other; one alone is compared with the system's, or one near it if it is that.
     outputs : sequence of str
         Requested outputs, in addition to the experiment's.
     """
     if path.partition(".")[0] in _SETTINGS:
         return ""
+    if len(set(values)) == 1 and _numbers_at(system, path) == values[0]:
+        values = near(system, path)
     found = [system] if len(set(values)) == 1 else []
     try:
         found += [system.replaced({path: float(value)}) for value in values]
@@ -89,6 +95,15 @@ def check_varied(
         raise InputError(origin, path, problem)
 
 
+def check_differentiated(system: System, wrt: Sequence[str | Direction], outputs: Sequence[str]) -> None:
+    """Refuse derivatives with respect to a value, or values that follow one, that change nothing in a run."""
+    for one in wrt:
+        paths = [one] if isinstance(one, str) else [*one.rates]
+        said = [varied(system, path, near(system, path), outputs) for path in paths]
+        if said and all(said):
+            raise InputError("argument", "wrt", f"{paths[0]} {said[0]}")
+
+
 def near(system: System, path: str) -> list[float]:
     """Return the value at a path, and one near it."""
     value = system.value(path)
@@ -103,7 +118,7 @@ def without_effect(system: System, before: System, path: str) -> str:
     Numbers that a run does not read but another command does, and values equal to those before, are allowed.
     """
     new, old = (_numbers_at(one, path) for one in (system, before))
-    if new is None or new == old or path.partition(".")[0] in _SETTINGS or set(path.split(".")) & _ELSEWHERE.keys():
+    if new is None or new == old or path.partition(".")[0] in _SETTINGS or _is_used_elsewhere(system, path):
         return ""
     try:
         same = not differ(system, before)
@@ -114,7 +129,7 @@ def without_effect(system: System, before: System, path: str) -> str:
 
 def differ(one: System, other: System, outputs: Sequence[str] = ()) -> bool:
     """Check whether the runs of two systems, and the requested outputs, read different numbers."""
-    wanted = [*dict.fromkeys((*one.experiment.outputs, *outputs))]
+    wanted = [*dict.fromkeys((*one.settings.outputs, *outputs))]
     first, second = (_numbers(each, wanted) for each in (one, other))
     if first.structure != second.structure:
         return True
@@ -122,7 +137,7 @@ def differ(one: System, other: System, outputs: Sequence[str] = ()) -> bool:
 
 
 def _numbers(system: System, outputs: Sequence[str]) -> Contents:
-    return contents(make_given(system, pack(system, outputs), np.array([[0.0, system.experiment.duration]])))
+    return contents(make_given(system, pack(system, outputs), np.array([[0.0, system.settings.duration]])))
 
 
 # -- the same linkage in another reference configuration ---------------------------------------------------------------
@@ -130,16 +145,14 @@ def _numbers(system: System, outputs: Sequence[str]) -> Contents:
 
 def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
     """Check whether nothing but the reference configuration differs, from which no part counts a coordinate."""
-    if one.experiment.model_dump(exclude={"sdf"}) != other.experiment.model_dump(exclude={"sdf"}):
+    if input_tables(one, without=("sdf",)) != input_tables(other, without=("sdf",)):
         return False
     if _counts_from_reference(one) or one.tree.coordinates != other.tree.coordinates:
         return False
-    if np.abs(one.mechanism.basis - other.mechanism.basis).max() > _SAME:
+    if np.abs(one.basis - other.basis).max() > _SAME:
         return False
     size, owners = one.tree.extent, {name.rpartition(".")[0] for name in outputs}
-    parts = [
-        (_inertias(each.mechanism), _places(each.mechanism, owners, size), _start(each, size)) for each in (one, other)
-    ]
+    parts = [(_inertias(each), _places(each, owners, size), _start(each, size)) for each in (one, other)]
     return all(
         first.shape == second.shape and bool(np.all(np.abs(first - second) <= _SAME))
         for first, second in zip(*parts, strict=True)
@@ -148,42 +161,45 @@ def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
 
 def _counts_from_reference(system: System) -> bool:
     """Check for parts that count coordinates or directions from the reference configuration."""
-    experiment = system.experiment
-    tables = experiment.stops, experiment.torsion_springs, experiment.gears, experiment.couplings, experiment.quantities
-    oriented = any(joint.feed or joint.is_tilted or joint.is_worn for joint in experiment.joints.values())
-    return any(map(bool, tables)) or oriented or bool(system.tree.flexible)
+    counting = any(kind.from_reference(keys) for kind, _, keys in all_elements_of(system.parts))
+    oriented = any(model.feed or model.is_tilted or model.is_worn for model in system.models)
+    reading = {*system.functions_read} - {TIME}
+    return counting or bool(system.quantities) or oriented or bool(reading) or bool(system.tree.flexible)
 
 
-def _inertias(mechanism: Mechanism) -> Array:
+def _inertias(system: System) -> Array:
     """Return masses [kg] and moments of inertia [kg m2] of the links, sizes of bearings and slots [m]."""
-    sizes = [tuple(vars(part).values()) for joint in mechanism.joints for part in (joint.bearing, joint.slot) if part]
-    return np.array([*((link.mass, link.inertia) for link in mechanism.links), *sizes])
+    sizes = [
+        tuple(vars(part).values()) for joint in system.joints.values() for part in (joint.bearing, joint.slot) if part
+    ]
+    return np.array([*((link.mass, link.inertia) for link in system.links.values()), *sizes])
 
 
-def _places(mechanism: Mechanism, owners: Collection[str], size: float) -> Array:
+def _places(system: System, owners: Collection[str], size: float) -> Array:
     """Return mass centres, joints and frames in the axes of their links, over a size.
 
     Along a guide any place on the parent is the same; the moment acts at the place on the child. Of frames that are
     `owners` of outputs the direction counts too.
     """
-    found = [local(mechanism, link.name, link.com) / size for link in mechanism.links]
-    for joint in mechanism.joints:
-        rail, along = (turned(mechanism, link, joint.direction) for link in (joint.parent, joint.child))
-        place = local(mechanism, joint.parent, joint.on_parent) / size
-        found += [place - (place @ rail) * rail, local(mechanism, joint.child, joint.on_child) / size, rail, along]
-    for frame in mechanism.frames:
-        found.append(local(mechanism, frame.link, frame.origin) / size)
+    links = system.links
+    found = [local(links, link.name, link.com) / size for link in links.values()]
+    for joint in system.joints.values():
+        rail, along = (turned(links, link, joint.direction) for link in (joint.parent, joint.child))
+        place = local(links, joint.parent, joint.on_parent) / size
+        found += [place - (place @ rail) * rail, local(links, joint.child, joint.on_child) / size, rail, along]
+    for frame in system.frames:
+        found.append(local(links, frame.link, frame.origin) / size)
         if frame.name in owners:
-            found.append(turned(mechanism, frame.link, np.array([np.cos(frame.angle), np.sin(frame.angle)])))
+            found.append(turned(links, frame.link, np.array([np.cos(frame.angle), np.sin(frame.angle)])))
     return np.concatenate(found)
 
 
 def _start(system: System, size: float) -> Array:
     """Return positions over a size and directions of the links, and the rates, at the start of the ideal linkage."""
-    tree, mechanism = system.tree, system.mechanism
+    tree = system.tree
     poses = poses_at(tree.bodies, system.assembly.q)
     found: list[Any] = [system.assembly.v]
-    for link in mechanism.links:
+    for link in system.links.values():
         x, y, turn, cosine, sine = poses[tree.index[link.name], :5]
         way = link.origin - tree.drawn[tree.index[link.name]]
         place = np.array([x + cosine * way[0] - sine * way[1], y + sine * way[0] + cosine * way[1]])
@@ -191,16 +207,16 @@ def _start(system: System, size: float) -> Array:
     return np.concatenate(found)
 
 
-def local(mechanism: Mechanism, link: str, place: Array) -> Array:
+def local(links: Mapping[str, Link], link: str, place: Array) -> Array:
     """Return a place (2,) of the reference configuration in the axes of a link [m]; unchanged for the world."""
-    return place if link == "world" else turned(mechanism, link, place - mechanism.link[link].origin)
+    return place if link == "world" else turned(links, link, place - links[link].origin)
 
 
-def turned(mechanism: Mechanism, link: str, direction: Array) -> Array:
+def turned(links: Mapping[str, Link], link: str, direction: Array) -> Array:
     """Return a direction (2,) of the reference configuration in the axes of a link; unchanged for the world."""
     if link == "world":
         return direction
-    cosine, sine = np.cos(mechanism.link[link].angle), np.sin(mechanism.link[link].angle)
+    cosine, sine = np.cos(links[link].angle), np.sin(links[link].angle)
     return np.array([[cosine, sine], [-sine, cosine]]) @ direction
 
 
@@ -212,12 +228,12 @@ def _reason(system: System, path: str) -> str:
     table, name, *keys = [*path.split("."), ""]
     if table == "sdf":
         return _of_machine(system, path)
+    if table == "links" and name not in system.flexible:
+        return f'link {name} is rigid; give links.{name}.model = "flexible"'
     for key in set(keys) & _ELSEWHERE.keys():
         return f"only {_ELSEWHERE[key]}"
     if table == "joints":
         return _of_joint(system, name)
-    if table == "links" and name not in system.experiment.flexible:
-        return f'link {name} is rigid; give links.{name}.model = "flexible"'
     return "no model or law that is chosen uses it"
 
 
@@ -225,7 +241,7 @@ def _of_machine(system: System, path: str) -> str:
     _, kind, name, *keys = [*path.split("."), "", ""]
     if keys[0] in ("bearing", "slot"):
         return _of_joint(system, name)
-    if keys[0] in ("pose", "com") and _is_across(system.mechanism, keys[1]):
+    if keys[0] in ("pose", "com") and _is_across(system.basis, keys[1]):
         return "it is across the plane of motion"
     instead = [*_instead(system, path, kind, name, keys[1])] if keys[0] == "pose" else []
     said = [f"of joint {joint} is {other}" for joint, other in instead[:3]]
@@ -235,41 +251,46 @@ def _of_machine(system: System, path: str) -> str:
     return ("it moves the reference configuration only" if kind == "links" else "only the drawing uses it") + known
 
 
+def _is_used_elsewhere(system: System, path: str) -> bool:
+    """Check whether another computation than a compiled run reads the value."""
+    table, name, *_ = [*path.split("."), ""]
+    idle = table == "links" and name not in system.flexible
+    return not idle and bool(set(path.split(".")) & _ELSEWHERE.keys())
+
+
 def _of_joint(system: System, name: str) -> str:
-    model = system.experiment.joints.get(name)
-    if model is None or not model.has_play:
+    if name not in system.play:
         return f"joint {name} is ideal; give it a clearance with joints.{name}.model"
     return f"the model and the laws of joint {name} do not use it"
 
 
 def _of_axis(system: System, name: str, key: str) -> str:
-    joint = system.mechanism.joint[name]
+    joint = system.joints[name]
     if joint.type == "revolute":
         return "a revolute joint has no direction in the plane"
-    frames = (f"sdf.frames.{frame.name}.pose.{key}" for frame in system.mechanism.frames if frame.link == joint.parent)
+    frames = (f"sdf.frames.{frame.name}.pose.{key}" for frame in system.frames if frame.link == joint.parent)
     turning = next((path for path in frames if _acts(system, path)), "")
     return "its direction belongs to a frame" + (f"; {turning} turns it" if turning else "")
 
 
-def _is_across(mechanism: Mechanism, key: str) -> bool:
+def _is_across(basis: Array, key: str) -> bool:
     """Check whether a part of a pose is normal to a plane that axes of the world span."""
-    normal = int(np.argmax(np.abs(mechanism.basis[:, 2])))
+    normal = int(np.argmax(np.abs(basis[:, 2])))
     in_plane = [axis for k, axis in enumerate("xyz") if k != normal] + [_POSE[3 + normal]]
-    return bool(abs(mechanism.basis[normal, 2]) > 1.0 - _SAME) and key in _POSE and key not in in_plane
+    return bool(abs(basis[normal, 2]) > 1.0 - _SAME) and key in _POSE and key not in in_plane
 
 
 def _instead(system: System, path: str, kind: str, name: str, key: str) -> Iterator[tuple[str, str]]:
     """Find the joints at a frame, or on a link, and the path that moves each on this link."""
-    mechanism = system.mechanism
-    place = mechanism.point.get(name) if kind != "joints" else None
+    place = system.points.get(name) if kind != "joints" else None
     if place is None:
         return
-    keys = (key,) if key in "xyz" else tuple(k for k in "xyz" if not _is_across(mechanism, k))
-    for joint in mechanism.joints:
+    keys = (key,) if key in "xyz" else tuple(k for k in "xyz" if not _is_across(system.basis, k))
+    for joint in system.joints.values():
         for link, at in ((joint.parent, joint.on_parent), (joint.child, joint.on_child)):
             if link != place.link or (kind == "frames" and not _is_at(system, place, at)):
                 continue
-            frames = [f for f in mechanism.frames if f.link == link and _is_at(system, f, at)]
+            frames = [f for f in system.frames if f.link == link and _is_at(system, f, at)]
             starts = [*(f"sdf.frames.{frame.name}" for frame in frames), f"sdf.joints.{joint.name}"]
             tried = [f"{start}.pose.{k}" for start in starts for k in keys]
             if other := next((one for one in tried if one != path and _acts(system, one)), None):
@@ -297,7 +318,7 @@ def _numbers_at(system: System, path: str) -> float | Collection[float] | None:
     """Return the number or the list of numbers at a path; None where there is none."""
     with suppress(InputError):
         return system.value(path)
-    value: Any = system.experiment.model_dump()
+    value: Any = input_tables(system)
     for key in path.split("."):
         value = value.get(key) if isinstance(value, dict) else None
     is_list = isinstance(value, list) and all(isinstance(one, int | float) for one in value)

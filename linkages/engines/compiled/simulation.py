@@ -9,19 +9,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.base.errors import Status
+from linkages.base.errors import Status, TimeOverError
 from linkages.base.signals import deferred
+from linkages.elements.analysis import Analysis
 from linkages.engines.budget import WINDOW, Budget, most
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.engines.methods import method
-from linkages.input.model.capabilities import Analysis
-from linkages.mechanics.integrate.driver import PAUSED
+from linkages.mechanics.integrate.driver import PAUSED, Record
 from linkages.results.derivatives import Direction
 from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Loops, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
+
+_FEW = 200  # steps between checks of links without mass
 
 
 def simulate(
@@ -41,6 +43,9 @@ def simulate(
     runner = Runner(system, stop=getattr(progress, "stop", None))
     t, y, step, status = 0.0, runner.start, 0.0, Status.OK
     parts, budget, window = [], Budget(system), min(WINDOW, most(system))
+    if system.has_light_links:
+        window = min(window, _FEW)
+    until = np.inf
     try:
         while True:
             with deferred():  # keeps the steps up to a signal
@@ -50,14 +55,17 @@ def simulate(
             y, step = part.states[-1], part.next_step
             if progress is not None:
                 progress(t)
+            if system.has_light_links and (k := _first_alone(runner, part)) is not None:
+                status, until = Status.FREE_OF_MASS, float(part.times[k])
+                break
             if part.status != PAUSED:
                 status = STATUS[part.status]
                 break
             if budget.spent(t, part.steps):
                 status = Status.TOO_MANY_STEPS
                 break
-    except KeyboardInterrupt:
-        status = Status.INTERRUPTED
+    except (KeyboardInterrupt, TimeOverError) as ended:
+        status = Status.TIME_OVER if isinstance(ended, TimeOverError) else Status.INTERRUPTED
         if not parts:
             raise
     provenance = {
@@ -69,14 +77,14 @@ def simulate(
     }
     steps = join(parts)
     parts.clear()  # their memory is free for the columns
-    status, end = cause(status, system, float(steps.times[-1]))
+    status, end = cause(status, system, min(float(steps.times[-1]), until))
     provenance["wall_time"] = clock.perf_counter() - started
     loops = Loops(system.tree, system.tree.loop_rows)
     if outputs is not None and len(loops.rows):
         outputs = tuple(dict.fromkeys([*outputs, *(f"q.{name}" for name in system.tree.coordinates)]))
     times = np.unique(steps.times[steps.times <= end])
     run = sample(times, Replay(runner, steps, outputs), status, provenance, loops)
-    run = replace(run, accuracy=system.experiment.solver.accuracy)
+    run = replace(run, accuracy=system.settings.accuracy)
     if not wrt:
         return run
     from linkages.engines.compiled.derivatives.sensitivity import Differentiation
@@ -84,9 +92,15 @@ def simulate(
     return replace(run, sensitivity=Differentiation(runner, steps, wrt).derivatives(run.time, outputs))
 
 
+def _first_alone(runner: Runner, part: Record) -> int | None:
+    """Return the first step at which a link without mass can move alone, None if there is none."""
+    steps = join([part])
+    return runner.system.first_alone(runner.evaluate(steps, steps.times)[0])
+
+
 def longest_step(system: System) -> float | None:
     """Return the longest step of the experiment [s]; None if it gives none."""
-    return system.experiment.solver.max_step
+    return system.settings.max_step
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,16 +13,20 @@ from linkages.base.arguments import Names, validated
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError, Status, nearest
 from linkages.base.kernel.by_reference import packed
+from linkages.elements.machine import KINDS, OF_ELEMENTS, record_of
 from linkages.engines.compiled.run.job import MOST, make_given
-from linkages.engines.compiled.run.replay import Steps, record_memory, recorded
+from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner
 from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.mechanics.integrate.driver import PAUSED
+from linkages.mechanics.planar.contact_memory import record_memory, recorded
 from linkages.results.outputs.registry import default_outputs, pack
 from linkages.system import System
 from linkages.system.ideal_motion import cause
 
-_KEYS = {"drives": ("torque", "force"), "torques": ("torque",), "forces": ("force",)}
+_KEYS = {"drives": ("torque", "force")} | {
+    kind.table: (kind.applied.key,) for kind in KINDS if kind.applied is not None
+}
 _EARLY = 1e-12  # rounding of a time that is reached, relative to it
 
 
@@ -35,7 +39,7 @@ class StepperState:
     time : float
         Time [s].
     state : (ny,) array
-        Free coordinates, their rates, bristles of contacts.
+        Free coordinates, their rates, states of laws and of the experiment.
     memory, modes, sides : arrays
         Memory of the contacts.
     values : mapping
@@ -125,23 +129,26 @@ class Stepper:
 
     def _place(self, path: str, own: Mapping[str, Array]) -> list[_Places]:
         """Return the places of the numbers that an input replaces."""
-        experiment = self.system.experiment
-        if path.removeprefix("values.") in experiment.values:
+        system = self.system
+        if path.removeprefix("values.") in system.values:
             return [_of_value(self.system, path, own["load_c"])]
         table, _, rest = path.partition(".")
         name, _, key = rest.rpartition(".")
-        element = getattr(experiment, table).get(name) if table in _KEYS else None
+        element = system.parts[table].get(name) if table in _KEYS else None
         if element is None or key not in _KEYS[table]:
             known = [f"{table}.{n}.{k}" for table, n, k in _constants(self.system)]
-            known += [f"values.{n}" for n in experiment.values]
-            raise InputError(experiment.source, f'input "{path}"', f"is unknown; {nearest(path, known)}")
+            known += [f"values.{n}" for n in system.values]
+            raise InputError(system.description.source, f'input "{path}"', f"is unknown; {nearest(path, known)}")
         if getattr(element, key) is None:
-            raise InputError(experiment.source, f'input "{path}"', f"is no constant; give {table}.{name} a {key}")
+            raise InputError(
+                system.description.source, f'input "{path}"', f"is no constant; give {table}.{name} a {key}"
+            )
         if table == "drives":
             return [_Places(own["torque_c"], (self.system.tree.powered.index(name), slice(None), -1))]
-        k = experiment.loads.index((table, name))
-        first = int(self.system.arrays.loads["motion"][k])
-        return [_Places(own["load_c"], (first + i, slice(None), -1)) for i in range(2 if table == "forces" else 1)]
+        applied = OF_ELEMENTS[table].applied
+        assert applied is not None  # else it has no key
+        first = int(record_of(self.system.elements, self.system.parts, table, name)[applied.field])
+        return [_Places(own["load_c"], (first + i, slice(None), -1)) for i in range(len(applied.units))]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle the system, the names and the state; another stepper computes with its own arrays."""
@@ -168,8 +175,8 @@ class Stepper:
             If the time is not after the present one or is after the experiment's duration, or an input is unknown or
             not finite, or the motion has ended.
         """
-        if not self._time < time <= self.system.experiment.duration * (1.0 + _EARLY):
-            last = self.system.experiment.duration
+        if not self._time < time <= self.system.settings.duration * (1.0 + _EARLY):
+            last = self.system.settings.duration
             raise InputError("argument", "time", f"is {time:g} s; it must be after {self._time:g} s, up to {last:g} s")
         if self._status is not Status.OK:
             raise InputError("argument", "time", f"the motion ended with the status {self._status.value}; restore")
@@ -240,7 +247,7 @@ def _of_value(system: System, path: str, numbers: Array) -> _Places:
     moves = any((a != b).any() for a, b in zip(system.motions.arrays, other.motions.arrays, strict=True))
     if moves or not len(index[0]) or (numbers[index] != value).any():
         problem = "is no number of a load's or state's formula alone: a motion or a feedforward reads it, or no formula"
-        raise InputError(system.experiment.source, f'input "{path}"', problem)
+        raise InputError(system.description.source, f'input "{path}"', problem)
     return _Places(numbers, index)
 
 
@@ -249,7 +256,7 @@ def _constants(system: System) -> list[tuple[str, str, str]]:
     return [
         (table, name, key)
         for table, keys in _KEYS.items()
-        for name, element in getattr(system.experiment, table).items()
+        for name, element in system.parts[table].items()
         for key in keys
         if getattr(element, key) is not None
     ]

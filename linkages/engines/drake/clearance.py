@@ -21,22 +21,18 @@ from pydrake.systems.framework import (
 
 from linkages.base.arrays import Array
 from linkages.base.kernel import bound
-from linkages.engines.drake.joint_forces import Rooms, joint_forces, move_films, placed
+from linkages.engines.drake.joint_forces import Rooms, joint_forces, move_cells, placed
 from linkages.engines.drake.plant import StatePlace
-from linkages.mechanics.planar.contacts import (
-    APPROACH,
-    BRISTLE,
-    BRISTLE_RATE,
-    CLEARANCE_OUTPUTS,
-    CLOSING,
-    PENETRATION,
-    WIDTH,
-    approach_at_start,
+from linkages.laws.states import FIRST_STATE, LATCHED
+from linkages.mechanics.planar.contact_memory import (
+    any_cells,
     fill_landing,
-    has_films,
-    longest_film_step,
+    latch,
+    latch_at_start,
+    longest_step,
     make_memory,
 )
+from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS, CLOSING, PENETRATION, RATES, WIDTH
 from linkages.mechanics.planar.record_types import WORN
 from linkages.system import System
 
@@ -51,7 +47,6 @@ JOINT_OUTPUTS = {
     "closing": "rate of the penetration [m/s]",
     "sliding": "sliding speed of the journal's surface [m/s]",
     "load": "normal load of the contact, without the film force [N]",
-    "bristle_rate": "rate of LuGre's bristles [m/s]",
     "eccentricity_ratio": "length of the eccentricity vector over the radial clearance [1]",
     "attitude": "angle of the eccentricity vector [rad]",
 }
@@ -65,7 +60,7 @@ class ClearanceJoints(LeafSystem):
     - ``state``: input, (nx,).
       State [q; v] of the plant.
     - ``evaluation``: output, (nv + WIDTH nc,).
-      Generalised forces, then `CLEARANCE_OUTPUTS` and two zeros of each contact (a journal has one, a guide four): for
+      Generalised forces, then `CLEARANCE_OUTPUTS` and others of each contact (a journal has one, a guide four): for
       `Drives`, a callback cheaper than `generalized_force`.
     - ``generalized_force``: output, (nv,).
       For the plant's applied generalised forces [N m, N].
@@ -81,8 +76,8 @@ class ClearanceJoints(LeafSystem):
     event, so that no integration step crosses it. Between contacts the approach speed is infinite: a trial step across
     a start then evaluates the law without damping; any other approach speed could make the damping arbitrarily large.
     `begin` latches the speeds of contacts that start with the run, because no witness function changes its sign there.
-    LuGre friction: the bristles are continuous state. Films that remember: their content is discrete state too, which
-    an event at the start of each step moves to its time; `limit_step` is told how long this step may be.
+    States of laws are continuous state. Films that remember: their content is discrete state too, which an event at the
+    start of each step moves to its time; `limit_step` is told how long this step may be.
 
     Parameters
     ----------
@@ -111,23 +106,23 @@ class ClearanceJoints(LeafSystem):
         self._landing = np.zeros(len(laws))
         fill_landing(laws, tree.extent, self._landing)
         self._size, self._beside = num_velocities, len(tree.contacts)
-        self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
+        self._touching, self._law_states = np.flatnonzero(system.touching), system.law_states.places
         self._memory = make_memory(system.ends, system.tables)
-        self._memory[:, APPROACH] = np.inf  # no contact yet, hence no damping
+        self._memory[:, :LATCHED] = np.inf  # no contact yet, hence no damping
         state, forces = np.empty(place.num_states), np.empty(num_velocities + WIDTH * len(laws))
         self._joint_forces = bound(joint_forces, self._placed, self._rooms.work, self._memory, state, forces)
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         needs = {self.input_port_ticket(self._state.get_index())}
-        if len(self._touching) or has_films(self._memory):
+        if len(self._touching) or any_cells(self._memory):
             self.DeclareDiscreteState(self._memory.ravel())
             needs.add(self.xd_ticket())
-        if len(self._bristles):
-            self.DeclareContinuousState(len(self._bristles))
+        if len(self._law_states):
+            self.DeclareContinuousState(BasicVector(system.law_states.starts))
             needs.add(self.xc_ticket())
         self.replaying = False
         self.limit_step: Callable[[float], None] = lambda longest: None
-        if has_films(self._memory):
-            self.DeclarePerStepDiscreteUpdateEvent(update=self._advance_films)
+        if any_cells(self._memory):
+            self.DeclarePerStepDiscreteUpdateEvent(update=self._advance_cells)
         self._witnesses = [self._witness(int(k)) for k in self._touching]
         self._evaluation = self.DeclareVectorOutputPort(
             "evaluation", num_velocities + WIDTH * len(laws), self._evaluate, needs
@@ -144,7 +139,7 @@ class ClearanceJoints(LeafSystem):
         return self._joints
 
     def evaluate(self, context: Context) -> Array:
-        """Compute ``CLEARANCE_OUTPUTS`` of each contact, and two zeros, (nc, WIDTH)."""
+        """Compute ``CLEARANCE_OUTPUTS`` and others of each contact, (nc, WIDTH)."""
         joints: Array = self._evaluation.Eval(context)[self._size :].reshape(-1, WIDTH)
         return joints
 
@@ -153,12 +148,11 @@ class ClearanceJoints(LeafSystem):
     def begin(self, context: Context) -> None:
         """Latch the approach speeds of contacts that exist at the state of a context, the start of a run."""
         memory = self._remembered(context)
-        if has_films(memory):
-            move_films(self._placed, self._rooms.work, memory, context.get_time(), self._state.Eval(context), True)
+        if any_cells(memory):
+            move_cells(self._placed, self._rooms.work, memory, context.get_time(), self._state.Eval(context), True)
         joints = self.evaluate(context)
         for k in self._touching:
-            speed = approach_at_start(joints[k, PENETRATION], joints[k, CLOSING], self._landing[k])
-            memory[k, APPROACH] = speed
+            latch_at_start(memory[k], joints[k], self._landing[k])
         if context.num_discrete_state_groups():
             context.SetDiscreteState(memory.ravel())
 
@@ -166,13 +160,13 @@ class ClearanceJoints(LeafSystem):
         """Return the witness functions; Drake calls this after every step."""
         return self._witnesses
 
-    def _advance_films(self, context: Context, memory: DiscreteValues) -> EventStatus:
-        """Move the content of the films that remember to the start of the step."""
+    def _advance_cells(self, context: Context, memory: DiscreteValues) -> EventStatus:
+        """Move the content of the contacts' cells to the start of the step."""
         if not self.replaying:
             moved = self._remembered(context)
-            move_films(self._placed, self._rooms.work, moved, context.get_time(), self._state.Eval(context), False)
+            move_cells(self._placed, self._rooms.work, moved, context.get_time(), self._state.Eval(context), False)
             memory.set_value(moved.ravel())
-            self.limit_step(longest_film_step(self._ends, moved))
+            self.limit_step(longest_step(self._ends, moved))
         return EventStatus.Succeeded()
 
     def _witness(self, k: int) -> WitnessFunction:
@@ -181,26 +175,30 @@ class ClearanceJoints(LeafSystem):
         def penetration(context: Context) -> float:
             return float(self.evaluate(context)[k, PENETRATION])
 
-        def latch(system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State) -> EventStatus:
+        def begin(system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State) -> EventStatus:
             touch = self.evaluate(context)[k]
-            starts = (touch[PENETRATION], touch[CLOSING]) > (0.0, 0.0)
-            state.get_mutable_discrete_state(0).SetAtIndex(k * width + APPROACH, touch[CLOSING] if starts else np.inf)
+            latched = np.full(LATCHED, np.inf)
+            if (touch[PENETRATION], touch[CLOSING]) > (0.0, 0.0):
+                latch(latched, touch)
+            for place, value in enumerate(latched, k * width):
+                state.get_mutable_discrete_state(0).SetAtIndex(place, value)
             return EventStatus.Succeeded()
 
         return self.MakeWitnessFunction(
             f"{self.joints[k]} starts or ends contact",
             WitnessFunctionDirection.kCrossesZero,
             penetration,
-            UnrestrictedUpdateEvent(system_callback=latch),
+            UnrestrictedUpdateEvent(system_callback=begin),
         )
 
     def _remembered(self, context: Context) -> Array:
-        """Return the memory of the contacts, see `linkages.mechanics.planar.contacts.make_memory`."""
+        """Return the memory of the contacts, see `linkages.mechanics.planar.contact_memory`."""
         if not context.num_discrete_state_groups():
             return self._memory
         memory: Array = context.get_discrete_state(0).get_value().reshape(self._memory.shape).copy()
-        if len(self._bristles):
-            memory[self._bristles, BRISTLE] = context.get_continuous_state_vector().CopyToVector()
+        if len(self._law_states):
+            contact, place = self._law_states.T
+            memory[contact, FIRST_STATE + place] = context.get_continuous_state_vector().CopyToVector()
         return memory
 
     # -- outputs -----------------------------------------------------------------------------------
@@ -222,9 +220,10 @@ class ClearanceJoints(LeafSystem):
         output.SetFromVector(np.column_stack([joints[:, : len(CLEARANCE_OUTPUTS)], *extra]).ravel())
 
 
-class BristledJoints(ClearanceJoints):
-    """Clearance joints with bristles: a separate class, as Drake evaluates declared derivatives slowly."""
+class JointsWithStates(ClearanceJoints):
+    """Clearance joints whose laws have states: a separate class, as Drake evaluates declared derivatives slowly."""
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # noqa: N802
-        """Compute the rates of LuGre's bristles."""
-        derivatives.SetFromVector(self.evaluate(context)[self._bristles, BRISTLE_RATE])
+        """Compute the rates of the states of laws."""
+        contact, place = self._law_states.T
+        derivatives.SetFromVector(self.evaluate(context)[contact, RATES + place])

@@ -15,12 +15,12 @@ from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventSta
 from pydrake.systems.primitives import Adder, ConstantVectorSource
 
 from linkages.base.errors import InputError, Status
+from linkages.elements.analysis import Analysis
 from linkages.engines.budget import Budget
-from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
+from linkages.engines.drake.clearance import ClearanceJoints, JointsWithStates
 from linkages.engines.drake.drives import Drives, StatefulDrives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.engines.drake.steps import StepControl, drives_of, is_collapse
-from linkages.input.model.capabilities import Analysis
 from linkages.results.trajectory import TimeReport
 from linkages.system import System
 from linkages.system.ideal_motion import cause
@@ -175,7 +175,7 @@ def add_linkage(
     system.check_analysis(Analysis.DRAKE)
     if not samples:
         system.check_analysis(Analysis.DIAGRAM)
-    if external and any(one.depends_on_force for one in system.experiment.frictions.values()):
+    if external and (system.loads[0]["joint"] >= 0).any():
         raise InputError(
             "argument", "external", "adds forces that the friction of a joint cannot know; use no coefficient"
         )
@@ -196,12 +196,12 @@ def add_linkage(
     place = state_place(plant, tree, instance)
     state, clearance, port = plant.get_state_output_port(), None, None
     if system.contacts:
-        kind = BristledJoints if len(system.bristles) else ClearanceJoints
+        kind = JointsWithStates if len(system.law_states.names) else ClearanceJoints
         clearance = builder.AddNamedSystem(_named(name, "clearance_joints"), kind(system, place))
         builder.Connect(state, clearance.get_input_port(0))
     direct = clearance.GetOutputPort("evaluation") if clearance is not None and not external else None
     extra = direct.size() - plant.num_velocities() if direct is not None else 0
-    kind_of_drives = StatefulDrives if system.experiment.own_states else Drives
+    kind_of_drives = StatefulDrives if system.own_states else Drives
     drives = builder.AddNamedSystem(_named(name, "drives"), kind_of_drives(system, place, extra))
     builder.Connect(state, drives.GetInputPort("state"))
     builder.Connect(drives.get_force_output_port(), plant.get_applied_generalized_force_input_port())
@@ -233,7 +233,7 @@ def _is_taken(builder: DiagramBuilder, name: str) -> bool:
 
 def _free_name(builder: DiagramBuilder, system: System) -> str:
     """Return a name that the diagram does not have yet: none, the mechanism's, the same with a number."""
-    own = system.mechanism.name
+    own = system.description.machine
     names = chain(["", own], (f"{own}_{number}" for number in count(2)))
     return next(name for name in names if not _is_taken(builder, name))
 
@@ -259,7 +259,7 @@ def build_diagram(system: System, meshcat: Meshcat | None = None, samples: bool 
     builder = DiagramBuilder()
     linkage = add_linkage(builder, system, meshcat=meshcat, samples=samples)
     diagram = builder.Build()
-    diagram.set_name(system.mechanism.name)
+    diagram.set_name(system.description.machine)
     return diagram, linkage
 
 

@@ -12,7 +12,7 @@ from linkages.base.kernel import bound
 from linkages.engines.drake.joint_forces import Rooms, drive_forces, own_rates, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.mechanics.planar.closure import LOOSE, loop_errors
-from linkages.mechanics.planar.joint_friction import is_jammed
+from linkages.mechanics.planar.reactive_loads import is_jammed
 from linkages.system import System
 
 
@@ -66,10 +66,10 @@ class Drives(LeafSystem):
         self._place = place
         self._rooms, self._size = Rooms(system), num_velocities
         self._placed = placed(system, place.positions, place.v, place.velocities, num_velocities)
-        nz = len(system.experiment.own_states)
+        nz = len(system.own_states)
         sizes = place.num_states + nz, num_velocities + extra, len(tree.powered), num_velocities, len(self.joints)
         self._drive_forces = bound(
-            drive_forces, self._placed, self._rooms.work, self._rooms.friction, 0.0, *map(np.empty, sizes)
+            drive_forces, self._placed, self._rooms.work, self._rooms.reactive, 0.0, *map(np.empty, sizes)
         )
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
@@ -103,8 +103,8 @@ class Drives(LeafSystem):
         return bool(error > LOOSE * self._tree.extent)
 
     def is_jammed(self) -> bool:
-        """Check whether the friction computed last in this thread has no solution."""
-        return is_jammed(self._rooms.friction)
+        """Check whether the reactive loads computed last in this thread have no solution."""
+        return is_jammed(self._rooms.reactive)
 
     def _solve(self, context: Context, force: Array) -> Array:
         """Fill in the forces on the plant (nv,), at every evaluation of the derivatives; return the drives' (nd,)."""
@@ -113,7 +113,7 @@ class Drives(LeafSystem):
         if self._powers:
             added = np.array([port.Eval(context)[0] if port.HasValue(context) else 0.0 for port in self._powers])
         t, state = context.get_time(), self._whole_state(context)
-        self._drive_forces(self._placed, rooms.work, rooms.friction, t, state, applied, added, force, drive)
+        self._drive_forces(self._placed, rooms.work, rooms.reactive, t, state, applied, added, force, drive)
         return drive
 
     def _whole_state(self, context: Context) -> Array:

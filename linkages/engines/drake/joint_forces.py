@@ -13,14 +13,15 @@ import numpy as np
 from linkages.base.kernel import Array, Indices, kernel, lazy_kernel
 from linkages.base.kernel.by_reference import packed
 from linkages.elements.machine import add_elements
-from linkages.mechanics.planar.arrays import Arrays, loads_of, size_of
-from linkages.mechanics.planar.contacts import WIDTH, advance_films, clearance_wrenches, start_films
-from linkages.mechanics.planar.joint_friction import FrictionWork, add_efforts, make_friction_work, solve_friction
+from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of, size_of
+from linkages.mechanics.planar.contact_memory import advance_cells, start_cells
+from linkages.mechanics.planar.contacts import WIDTH, clearance_wrenches
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.mechanics.planar.loads import load_wrenches, sample_states, state_rates
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import generalised_force
 from linkages.mechanics.planar.reactions import add_known_contacts
+from linkages.mechanics.planar.reactive_loads import ReactiveLoads, add_efforts, make_reactive_loads, solve_reactive
 from linkages.mechanics.planar.singularities import constrained_dynamics
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
@@ -40,7 +41,7 @@ class Placed(NamedTuple):
 def placed(system: System, positions: Indices, rates: Indices, into: Indices, size: int) -> Placed:
     """Pack a system and its places for `joint_forces` and `drive_forces`."""
     q, v, f = (np.ascontiguousarray(x, dtype=np.int64) for x in (positions, rates, into))
-    return packed(Placed(packed(system.arrays), q, v, f, size, system.experiment.solver.stabilisation))
+    return packed(Placed(packed(system.arrays), q, v, f, size, system.settings.stabilisation))
 
 
 class Rooms(threading.local):
@@ -50,7 +51,7 @@ class Rooms(threading.local):
         model = system.arrays
         nb, nm = len(model.bodies.records), model.bodies.shapes.shape[2]
         self.work = packed(make_workspace(nb, size_of(model), len(model.rows), nm))
-        self.friction = packed(make_friction_work(model, self.work))
+        self.reactive = packed(make_reactive_loads(model, self.work))
 
 
 @kernel
@@ -67,7 +68,7 @@ def _enter(place: Placed, work: Workspace, state: Array) -> None:
 def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, result: Array) -> None:
     """Compute the generalised forces of all clearance joints at a state (nx,) of the plant.
 
-    Uses `work` up. ``memory`` (nc, 2) begins at `linkages.mechanics.planar.contacts.APPROACH`. ``result`` (size + WIDTH
+    Uses `work` up. ``memory`` is the one of `linkages.mechanics.planar.contact_memory`. ``result`` (size + WIDTH
     nc,) is filled with generalised forces, then `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS` of each contact.
     """
     model, bodies = place.model, place.model.bodies
@@ -81,27 +82,27 @@ def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, re
 
 
 @lazy_kernel
-def move_films(place: Placed, work: Workspace, memory: Array, t: float, state: Array, fresh: bool) -> None:
-    """Move the content of the films that remember to time t and a state (nx,) of the plant, or make it ``fresh``."""
+def move_cells(place: Placed, work: Workspace, memory: Array, t: float, state: Array, fresh: bool) -> None:
+    """Move the content of the cells of contacts to time t and a state (nx,) of the plant, or make it ``fresh``."""
     model = place.model
     _enter(place, work, state)
     if fresh:
-        start_films(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel, True)
+        start_cells(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel, True)
     else:
-        advance_films(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel)
+        advance_cells(model.ends, model.laws, model.tables, memory, t, work.pose, work.vel)
 
 
 @lazy_kernel(makes_arrays=True)
-def _add_friction(
-    place: Placed, work: Workspace, friction: FrictionWork, t: float, torques: Array, applied: Array
+def _add_reactive(
+    place: Placed, work: Workspace, reactive: ReactiveLoads, t: float, torques: Array, applied: Array
 ) -> None:
-    """Add the wrenches of frictions that depend on joint forces; the contacts' forces count for these."""
+    """Add the wrenches of loads that depend on joint forces; the contacts' forces count for these."""
     model, loads = place.model, work.wrench.copy()
     contacts = applied[place.size :].reshape(len(model.ends), WIDTH)
     add_known_contacts(model.ends, contacts, work.pose, work.wrench)
-    solve_friction(model, t, torques, work, friction)
+    solve_reactive(model, t, torques, work, reactive)
     work.wrench[:] = loads
-    add_efforts(model, friction.efforts, work)
+    add_efforts(model, reactive.efforts, work)
 
 
 @kernel
@@ -133,7 +134,7 @@ def own_rates(place: Placed, work: Workspace, t: float, state: Array, due: Array
 def drive_forces(
     place: Placed,
     work: Workspace,
-    friction: FrictionWork,
+    reactive: ReactiveLoads,
     t: float,
     state: Array,
     applied: Array,
@@ -144,7 +145,7 @@ def drive_forces(
     """Compute the forces of loads, drives and loops at a state (nx + nz,) and a time t [s]; uses `work` up.
 
     The state is the plant's, then the additional states. ``applied`` (nv,), with any entries after them, has all
-    other generalised forces; frictions that depend on joint forces need the result of `joint_forces` there. ``added``
+    other generalised forces; loads that depend on joint forces need the result of `joint_forces` there. ``added``
     is added to the powered drives' torques. ``total`` (nv,) is filled with these and the computed ones, ``drive`` (nd,)
     with the torque or force of each drive, prescribed ones first.
     """
@@ -155,7 +156,7 @@ def drive_forces(
     _take_states(place, work, state)
     for i in range(n):
         tau[i] = applied[place.into[i]]
-    add_elements(model.elements, work.pose, work.vel, work.wrench)
+    add_elements(model.elements, functions_of(model), t, work.v, work.pose, work.vel, work.wrench)
     load_wrenches(loads_of(model), t, work.v, work.pose, work.vel, work.wrench)
     most = max(nd, powered)
     value, one, two, loop, given = np.empty(nd), np.empty(most), np.empty(most), np.empty(n), np.empty(nd)
@@ -168,8 +169,8 @@ def drive_forces(
         d = model.driven[k]
         lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
         work.a[d] = two[k] + stabilisation * lag
-    if len(friction.efforts):
-        _add_friction(place, work, friction, t, drive[nd:], applied)
+    if len(reactive.efforts):
+        _add_reactive(place, work, reactive, t, drive[nd:], applied)
     generalised_force(bodies, work.pose, work.wrench, tau)
     work.wrench[:] = 0.0
     for k in range(powered):

@@ -23,11 +23,10 @@ from pydrake.multibody.tree import (
 
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError
+from linkages.elements.coordinates import WHEEL
 from linkages.input.files.raw_model import Pose, RawModel
 from linkages.input.files.sdf_text import sdf_text
-from linkages.input.model.load_tables import WHEEL
-from linkages.input.model.mechanism import Link, Mechanism
-from linkages.input.model.skeleton import skeleton
+from linkages.input.model.mechanism import Link
 from linkages.mechanics.planar.record_types import PRISMATIC
 from linkages.system.spanning import freedoms
 from linkages.system.tree import Tree
@@ -44,33 +43,33 @@ def tree_sdf(tree: Tree) -> str:
     the tree is closed. Visuals are passed on, or made for links without any; collision geometry is omitted, because the
     joint laws compute the contacts.
     """
-    mechanism, shift = tree.mechanism, drawn_shifts(tree)
+    shift = drawn_shifts(tree)
     links = [
         replace(
             link,
             translation=link.translation + shift[link.name],
-            visuals=link.visuals or visuals(mechanism, link, tree.extent),
+            visuals=link.visuals or visuals(tree, link),
             beam=None,
         )
-        for link in mechanism.links
+        for link in tree.links.values()
     ]
     joints = []
     for edge in tree.edges.values():
         if edge.joint in tree.play:
             continue
-        joint = mechanism.joint[edge.joint]
+        joint = tree.joints[edge.joint]
         # on the child if it is a link (its reference position is the joint's), otherwise in the world
         place = joint.position + shift.get(joint.child, np.zeros(3))
         if joint.child == "world":  # not in plain SDFormat: the same coordinate about the opposite axis
             joint = replace(joint, parent="world", child=joint.parent, axis=-joint.axis)
         joints.append(replace(joint, position=place, position_on_parent=place, bearing=None, slot=None))
-    return sdf_text(RawModel(mechanism.name, tuple(links), tuple(joints), {}, {}), at_frames=False)
+    return sdf_text(RawModel(tree.name, tuple(links), tuple(joints), {}, {}), at_frames=False)
 
 
 def drawn_shifts(tree: Tree) -> dict[str, Array]:
     """Compute the displacement (3,) of each link that closes the tree's joints at zero coordinates [m]."""
     shift = {"world": np.zeros(3)}
-    in_plane = tree.mechanism.basis[:, :2]
+    in_plane = tree.basis[:, :2]
     for name in tree.index:  # parents come before children
         if name == "world":
             continue
@@ -78,7 +77,7 @@ def drawn_shifts(tree: Tree) -> dict[str, Array]:
         if edge is None:
             shift[name] = np.zeros(3)
             continue
-        joint = tree.mechanism.joint[edge.joint]
+        joint = tree.joints[edge.joint]
         gap = np.zeros(2) if joint.type == "fixed" else joint.on_parent - joint.on_child
         inner, sign = (joint.child, -1.0) if edge.reversed else (joint.parent, 1.0)
         shift[name] = shift[inner] + sign * (in_plane @ gap)
@@ -94,7 +93,7 @@ def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
         with _unheard(logging.ERROR):
             (instance,) = Parser(plant).AddModelsFromString(tree_sdf(tree), "sdf")
     except (RuntimeError, SystemExit) as problem:  # a failed assertion of Drake is a SystemExit
-        raise InputError(tree.mechanism.source, "<visual>", f"Drake rejects it: {problem}") from None
+        raise InputError(tree.source, "<visual>", f"Drake rejects it: {problem}") from None
     for name in tree.index:
         if name == "world":
             continue
@@ -171,8 +170,8 @@ def state_place(plant: MultibodyPlant, tree: Tree, instance: int) -> StatePlace:
 
 
 def _add_floating(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -> None:
-    link = tree.mechanism.link[name]
-    basis = tree.mechanism.basis
+    link = tree.links[name]
+    basis = tree.basis
     X_WF = RigidTransform(RotationMatrix(basis), basis[:, :2] @ link.com)
     X_WL = RigidTransform(RotationMatrix(link.rotation), link.translation)
     F = plant.AddFrame(FixedOffsetFrame(f"{name}_floating_F", plant.world_frame(), X_WF, instance))
@@ -183,8 +182,8 @@ def _add_floating(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -
 
 def _add_freedoms(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -> None:
     """Carry a link by a joint with clearance and a drive: joints with massless bodies between them."""
-    mechanism, edge, shift = tree.mechanism, tree.edges[name], drawn_shifts(tree)
-    joint, basis = mechanism.joint[edge.joint], mechanism.basis
+    edge, shift = tree.edges[name], drawn_shifts(tree)
+    joint, basis = tree.joints[edge.joint], tree.basis
     inner = joint.child if edge.reversed else joint.parent
     on_outer = joint.on_parent if edge.reversed else joint.on_child
     X_WP = RigidTransform(RotationMatrix(basis), basis[:, :2] @ on_outer + shift[name])
@@ -193,7 +192,7 @@ def _add_freedoms(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -
         """Fix a frame to a link, in the plane's axes."""
         if link == "world":
             return plant.AddFrame(FixedOffsetFrame(f"{joint.name}_at_world", plant.world_frame(), X_WP, instance))
-        body, one = plant.GetBodyByName(link, instance), mechanism.link[link]
+        body, one = plant.GetBodyByName(link, instance), tree.links[link]
         X_WL = RigidTransform(RotationMatrix(one.rotation), one.translation + shift[link])
         return plant.AddFrame(
             FixedOffsetFrame(f"{joint.name}_at_{link}", body.body_frame(), X_WL.inverse() @ X_WP, instance)
@@ -212,12 +211,12 @@ def _add_freedoms(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -
 
 def _add_wheel(plant: MultibodyPlant, instance: int, tree: Tree, name: str, inertia: float) -> None:
     """Add the output wheel of a drive's gearbox: Drake needs a mass for its inertia, which is made negligible."""
-    mechanism, joint = tree.mechanism, tree.mechanism.joint[name.removesuffix(WHEEL)]
-    basis, shift = mechanism.basis, drawn_shifts(tree)
+    joint = tree.joints[name.removesuffix(WHEEL)]
+    basis, shift = tree.basis, drawn_shifts(tree)
     X_WP = RigidTransform(RotationMatrix(basis), basis[:, :2] @ joint.on_parent + shift[joint.parent])
     at, X_LP = plant.world_frame(), X_WP
     if joint.parent != "world":
-        one = mechanism.link[joint.parent]
+        one = tree.links[joint.parent]
         at = plant.GetBodyByName(one.name, instance).body_frame()
         X_LP = RigidTransform(RotationMatrix(one.rotation), one.translation + shift[one.name]).inverse() @ X_WP
     place = plant.AddFrame(FixedOffsetFrame(f"{name}_place", at, X_LP, instance))
@@ -231,28 +230,28 @@ def _words(values: Iterable[float]) -> str:
     return " ".join(repr(float(value)) for value in values)
 
 
-def visuals(mechanism: Mechanism, link: Link, size: float) -> tuple[str, ...]:
+def visuals(tree: Tree, link: Link) -> tuple[str, ...]:
     """Make ``<visual>`` elements: a box for each bar of the link's skeleton, or a block for a single place.
 
     The widths follow from the size of the linkage [m].
     """
-    shape, width = skeleton(mechanism, link, size), _WIDTH * size
+    shape, size = tree.skeleton(link.name), tree.extent
+    width = _WIDTH * size
     if not shape.bars:
         sides = (_BLOCK * size, _BLOCK * size, width)
-        return (_box(mechanism, link, 0, shape.places[0], np.array([1.0, 0.0]), sides, shape.color),)
+        return (_box(tree.basis, link, 0, shape.places[0], np.array([1.0, 0.0]), sides, shape.color),)
     ends = [(shape.places[a], shape.places[b]) for a, b in shape.bars]
     lengths = [float(np.linalg.norm(b - a)) for a, b in ends]
     return tuple(
-        _box(mechanism, link, k, 0.5 * (a + b), b - a, (length + width, width, width), shape.color)
+        _box(tree.basis, link, k, 0.5 * (a + b), b - a, (length + width, width, width), shape.color)
         for k, ((a, b), length) in enumerate(zip(ends, lengths, strict=True))
     )
 
 
 def _box(
-    mechanism: Mechanism, link: Link, number: int, middle: Array, along: Array, sides: tuple[float, ...], color: str
+    basis: Array, link: Link, number: int, middle: Array, along: Array, sides: tuple[float, ...], color: str
 ) -> str:
     """Make a box in link axes from its reference middle and direction in plane axes."""
-    basis = mechanism.basis
     x = basis[:, :2] @ along / np.linalg.norm(along)
     axes = np.column_stack([x, np.cross(basis[:, 2], x), basis[:, 2]])
     out_of_plane = basis[:, 2] * (basis[:, 2] @ link.translation)  # offset of the link frame

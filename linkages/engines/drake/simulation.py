@@ -12,7 +12,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from linkages.base.arrays import Array
-from linkages.base.errors import RunError, Status
+from linkages.base.errors import RunError, Status, TimeOverError
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.engines.drake.drives import StatefulDrives
@@ -48,10 +48,10 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
             watch.steps.advance(until)
             if watch.steps.status is not Status.OK:
                 break
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, TimeOverError) as ended:
         if not watch.times:
             raise
-        status = Status.INTERRUPTED
+        status = Status.TIME_OVER if isinstance(ended, TimeOverError) else Status.INTERRUPTED
     except RuntimeError as problem:
         jammed = linkage.drives.is_jammed()
         if not jammed and not is_collapse(problem):
@@ -71,7 +71,7 @@ def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
     recorder = _Recorder(diagram, linkage, watch)
     times, loops = recorder.times[recorder.times <= end], Loops(system.tree, system.tree.loop_rows)
     trajectory = sample(times, recorder, status, provenance, loops)
-    trajectory = replace(trajectory, accuracy=system.experiment.solver.accuracy)
+    trajectory = replace(trajectory, accuracy=system.settings.accuracy)
     if status in (Status.STEP_SIZE_COLLAPSE, Status.JAMMED, Status.LOCKED):  # its last steps cannot be integrated again
         trajectory = replace(trajectory, evaluate=None)
     return trajectory
@@ -86,12 +86,12 @@ class _Watch:
         self.times: list[float] = []
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
-        self._reach = linkage.system.reach
+        self._reach, self._is_light = linkage.system.reach, linkage.system.has_light_links
 
     def samples(self) -> Iterator[float]:
         """Yield the times at which the run pauses; sampled states get their next values there."""
-        drives, end = self.linkage.drives, self.linkage.system.experiment.duration
-        periods = np.array([one.period for one in self.linkage.system.experiment.own_states.values()])
+        drives, end = self.linkage.drives, self.linkage.system.settings.duration
+        periods = np.array([one.period for one in self.linkage.system.own_states.values()])
         counts, root = np.zeros(len(periods)), self.steps.simulator.get_mutable_context()
         while isinstance(drives, StatefulDrives) and periods.any():
             due = np.where(periods > 0.0, counts * periods, np.inf)
@@ -124,6 +124,8 @@ class _Watch:
         if self.progress is not None:
             self.progress(time)
         linkage = self.linkage
+        if self._is_light and linkage.system.first_alone(state[linkage.place.positions][None]) is not None:
+            return self.steps.end(Status.FREE_OF_MASS)
         if self.budget.spent(time):
             return self.steps.end(Status.TOO_MANY_STEPS)
         if linkage.clearance is not None:
@@ -155,7 +157,7 @@ class _Recorder:
         self._between: dict[int, tuple[list[float], list[Array]]] = {}  # known times and states, by step
         self._kept: tuple[list[float], list[Array]] = [], []  # of the present step
         # a short step keeps velocity errors that a long step damps; they would appear in a film's force
-        accuracy = self.system.experiment.solver.accuracy
+        accuracy = self.system.settings.accuracy
         self.accuracy = min(accuracy, max(_BETWEEN * accuracy, _FINEST))
 
     def __call__(self, times: Array) -> Columns:
@@ -173,7 +175,7 @@ class _Recorder:
             rates[k] = self.diagram.EvalTimeDerivatives(root).CopyToVector()
             if linkage.clearance is not None:
                 contacts[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
-        place, nz = linkage.place, len(self.system.experiment.own_states)
+        place, nz = linkage.place, len(self.system.own_states)
         own = slice(states.shape[1] - nz, None)  # the drives are the diagram's last system
         q = np.pad(states[:, place.positions], ((0, 0), (0, nz)))
         v, a = (np.hstack([found[:, place.v], found[:, own]]) for found in (states, rates))
@@ -186,7 +188,7 @@ class _Recorder:
         try:
             self._advance(step, t, self.accuracy)
         except RuntimeError:  # accuracy not reached near a singularity of the laws: accept the accuracy of the run
-            self._advance(step, t, self.system.experiment.solver.accuracy)
+            self._advance(step, t, self.system.settings.accuracy)
 
     def _advance(self, step: int, t: float, accuracy: float) -> None:
         """Integrate from the last known time of a step."""
@@ -199,7 +201,7 @@ class _Recorder:
             root.SetDiscreteState(self.memories[step])
         if t > times[last]:
             # at the run's own accuracy a short step would keep velocity errors that a long one damps
-            whole = accuracy > _BETWEEN * self.system.experiment.solver.accuracy
+            whole = accuracy > _BETWEEN * self.system.settings.accuracy
             longest = (1.0 if whole else _FIRST) * (self.times[step + 1] - self.times[step])
             self.steps.begin(min(t - times[last], longest), accuracy)
             self.steps.advance(t)

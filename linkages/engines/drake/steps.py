@@ -42,7 +42,7 @@ _SHORTER = 0.9  # reduction of a repeated step that needed a second attempt
 
 def longest_step(system: System) -> float:
     """Return the longest step [s]: the experiment's, otherwise 20 microseconds with contacts."""
-    return system.experiment.solver.max_step or (2e-5 if system.experiment.can_touch else 2e-3)
+    return system.settings.max_step or (2e-5 if system.can_touch else 2e-3)
 
 
 def is_collapse(problem: RuntimeError) -> bool:
@@ -72,11 +72,11 @@ class StepControl:
     def __init__(self, simulator: Simulator, *systems: System) -> None:
         self.simulator = simulator
         schemes = sorted((method(system, "drake") for system in systems), key=lambda name: name not in IMPLICIT)
-        self.accuracy = self._accuracy = min(system.experiment.solver.accuracy for system in systems)
+        self.accuracy = self._accuracy = min(system.settings.accuracy for system in systems)
         self.largest = min(map(longest_step, systems))
         self._integrator = ResetIntegratorFromFlags(simulator, schemes[0], self.largest)
         self._smallest = _SMALLEST * self.largest
-        self._contacts_end_steps = any(system.experiment.can_touch for system in systems)
+        self._contacts_end_steps = any(system.can_touch for system in systems)
         self._implicit, self._spoilt = schemes[0] in IMPLICIT, schemes[0] in _SPOILT
         self._evaluations = self._age = 0
         self._time, self._step, self._state = 0.0, 0.0, np.empty(0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from linkages.base.arguments import Names, validated
 from linkages.base.brief import Brief, counted
-from linkages.base.errors import InputError, Status
+from linkages.base.errors import ARGUMENT, InputError, Status
 from linkages.engines.compiled.effects import check_varied
 from linkages.explore.periodic.continuation import Settings, Solution, rescaled, solve
 from linkages.explore.periodic.motion import PeriodicMotion, made
@@ -17,7 +17,6 @@ from linkages.explore.periodic.multipliers import DOUBLING, FOLD
 from linkages.explore.periodic.return_map import ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE, check_settings
 from linkages.explore.periodic.tracing import INTERRUPTED, Bifurcation, Trace, doubled, trace, turned
-from linkages.input.model.experiment import ARGUMENT
 from linkages.results.outputs.registry import pack
 from linkages.system import System
 

@@ -30,7 +30,7 @@ class PeriodicMotion(Brief):
     value : float or None
         The varied value.
     state : dict of str to float
-        State at the section, the start of a period of the drives: coordinates ``q.NAME``, rates ``v.NAME``, bristles,
+        State at the section, the start of a period of the drives: coordinates ``q.NAME``, rates ``v.NAME``, states,
         and the approach speeds that contacts remember.
     residual : float
         Largest change of a state in a period, over its usual change (some clearances, or its range) [1].

@@ -15,6 +15,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
+from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.derivatives.sensitivity import differentiate
 from linkages.engines.compiled.run.linear import closure_at
 from linkages.engines.compiled.run.model import per_length
@@ -25,8 +26,9 @@ from linkages.explore.local_coordinates import LocalCoordinates, local_coordinat
 from linkages.explore.periodic.continuation import Residual
 from linkages.explore.periodic.multipliers import Multipliers, multipliers
 from linkages.explore.sections import Section, recorded
-from linkages.input.model.capabilities import Analysis
-from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.laws.states import LATCHED, LATCHED_NAMES
+from linkages.mechanics.planar.contact_memory import restore_memory
+from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS, RATES
 from linkages.results.outputs.registry import pack
 from linkages.results.steady_state import common_period
 from linkages.system import System
@@ -37,7 +39,6 @@ _AMPLE = 5.0  # clearances that count as a usual change
 _APART = 1e4  # over their usual change: approach speeds do not count in the distance of two motions, for they may jump
 _LIFTS = 8  # corrections of a state towards closed loops
 _LIFTED = 1e-14  # error of the independent coordinates, over the scale of the state
-_BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,7 @@ class Passage:
         Time of the passage and of its start [s].
     y : (ny,) array
         State at the start, see `linkages.explore.flow.Flow`.
-    memory : (nc, 2) array
+    memory : array
         Memory of the contacts at the start.
     monodromy : (n, n) array
         Derivative of the state at the end with respect to the state at the start.
@@ -97,12 +98,11 @@ class ReturnMap:
         given: tuple[Array, Array] | None = None,
     ) -> None:
         system.check_analysis(Analysis.PERIODIC)
-        self._system = system.replaced({"solver.accuracy": min(accuracy, system.experiment.solver.accuracy)})
+        self._system = system.replaced({"solver.accuracy": min(accuracy, system.settings.accuracy)})
         self._path, self.periods = path, periods
-        ramps = (drive.ramp for drive in system.experiment.drives.values())
         period = self._period(None if path is None else system.value(path))
         #: Periods before the section: a drive must have its speed; at t = 0 a run resets what contacts remember.
-        self._first = 1 + int(np.ceil(max(ramps, default=0.0) / period))
+        self._first = 1 + int(np.ceil(system.ramp / period))
         transient = max(transient, self._first)
         self._flows: dict[float | None, tuple[Flow, float]] = {}
         flow, period = self._flow(None if path is None else system.value(path), transient + 1)
@@ -118,20 +118,23 @@ class ReturnMap:
             self._range = np.zeros(len(flow.y))
             flow.resume(transient * period, *given, 0.0)
         self._local = self._coordinates(flow, self._first * period, flow.y)
-        self._unread = {f"s.{name}" for name in system.experiment.unread_states}
+        self._unread = {f"s.{name}" for name in system.unread_states}
         if self._unread.issuperset(self._local.names):
             problem = "they determine the whole motion, so every motion is periodic"
-            raise InputError(system.experiment.source, "drives", problem)
+            raise InputError(system.description.source, "drives", problem)
         model = flow.runner.model
         self._reference = flow.y.copy()
         self._memory = flow.memory.copy()
-        self._latched = np.flatnonzero((model.touching == 1) & np.isfinite(flow.memory[:, 0]))
+        #: Contact, and place in its memory, of each latched state that counts.
+        self._latched = np.nonzero((model.touching == 1)[:, None] & np.isfinite(flow.memory[:, :LATCHED]))
+        contact, place = self._latched
         self._range = self._range[self._local.entries]
-        self.start = np.concatenate([flow.y[self._local.entries], self._memory[self._latched, 0]])
-        speeds = system.motion_rate * np.maximum(system.laws["clearance"][self._latched], 1e-9 * system.tree.extent)
+        self.start = np.concatenate([flow.y[self._local.entries], self._memory[self._latched]])
+        speeds = system.motion_rate * np.maximum(system.laws["clearance"][contact], 1e-9 * system.tree.extent)
         self.error = np.concatenate([flow.scale[self._local.entries], speeds])
         self._turning = np.flatnonzero(np.isin(self._local.entries, turns))
-        self.names = (*self._local.names, *(f"approach.{system.contacts[k][1]}" for k in self._latched))
+        latched = (f"{LATCHED_NAMES[i]}.{system.contacts[k][1]}" for k, i in zip(contact, place, strict=True))
+        self.names = (*self._local.names, *latched)
         self._turns: Array | None = None
 
     def sizes(self, clearance: float) -> Array:
@@ -142,15 +145,15 @@ class ReturnMap:
             return np.concatenate([state, _APART * self.error[len(state) :]])
         rate = max(self._system.motion_rate, 2.0 * np.pi / self.period)
         position = length * per_length(self._system)
-        bristles = np.full(len(self._system.bristles), self.error.min())
+        of_laws = np.full(len(self._system.law_states.names), self.error.min())
         own = self._system.state_scales * length / self._system.tree.extent
-        state = np.concatenate([position, rate * position, bristles, own])[self._local.entries]
-        return np.concatenate([state, np.full(len(self._latched), _APART * rate * length)])
+        state = np.concatenate([position, rate * position, of_laws, own])[self._local.entries]
+        return np.concatenate([state, np.full(len(self._latched[0]), _APART * rate * length)])
 
     def _flow(self, value: float | None, periods: int) -> tuple[Flow, float]:
         """Return a flow for a value, and the common period of its drives."""
         period = self._period(value)
-        longest = min(self._system.experiment.solver.max_step or np.inf, period / _STEPS)
+        longest = min(self._system.settings.max_step or np.inf, period / _STEPS)
         changed: dict[str, float] = {"duration": periods * period, "solver.max_step": longest}
         if self._path is not None and value is not None:
             changed[self._path] = value
@@ -161,7 +164,7 @@ class ReturnMap:
         given = self._system if self._path is None or value is None else self._system.replaced({self._path: value})
         period = common_period(given)
         if period is None:
-            where = self._system.experiment.source
+            where = self._system.description.source
             raise InputError(where, "drives", "have no common period, or loads depend on time: no motion is periodic")
         return period
 
@@ -176,7 +179,7 @@ class ReturnMap:
         flow, period = self._flows[value]
         first, last = begin * period, (begin + self.periods) * period
         memory = self._memory.copy()
-        memory[self._latched, 0] = x[len(self._local.entries) :]
+        memory[self._latched] = x[len(self._local.entries) :]
         y = self._lifted(flow, first, x[: len(self._local.entries)])
         flow.resume(first, y, memory, 0.0)
         steps = flow.reach(last)
@@ -185,16 +188,17 @@ class ReturnMap:
     def _returned(self, flow: Flow, period: float, steps: Steps, x: Array, value: float) -> Residual:
         """Differentiate a passage and collect its result."""
         local, latched, runner = self._local, self._latched, flow.runner
-        nx, ny, nm = len(local.entries), len(flow.y), len(latched)
+        nx, ny, nm = len(local.entries), len(flow.y), len(latched[0])
         paths = () if self._path is None else (self._path,)
         tangent = self._coordinates(flow, steps.times[0], steps.states[0], local).tangent
         columns = np.zeros((ny, nx + nm + len(paths)))
         columns[:, :nx] = tangent
-        remembered = np.zeros((steps.memory.shape[1], columns.shape[1]))
-        remembered[latched, nx + np.arange(nm)] = 1.0
+        nc, rows = len(runner.model.ends), LATCHED * latched[0] + latched[1]
+        remembered = np.zeros((nc * LATCHED, columns.shape[1]))
+        remembered[rows, nx + np.arange(nm)] = 1.0
         found = differentiate(runner, steps, paths, columns, remembered)
-        end = np.concatenate([flow.y[local.entries], flow.memory[latched, 0]])
-        whole = np.vstack([found.states[-1][local.entries], found.memory[-1][latched]])
+        end = np.concatenate([flow.y[local.entries], flow.memory[latched]])
+        whole = np.vstack([found.states[-1][local.entries], found.memory[-1][rows]])
         monodromy, by_p = whole[:, : nx + nm], np.zeros(nx + nm)
         if paths:
             slope = self._period_slope(value)
@@ -204,10 +208,10 @@ class ReturnMap:
                 early = whole[:, :nx] @ rates[0][local.entries] * self._first
                 late = np.concatenate([rates[1][local.entries], np.zeros(nm)]) * (self._first + self.periods)
                 by_p += (late - early) * slope
-        begins = np.array([np.count_nonzero(found.event == k + 1) for k in range(steps.memory.shape[1])])
+        begins = np.array([np.count_nonzero(found.event == k + 1) for k in range(nc)])
         depth = runner.evaluate(steps, steps.times[:1])[3][0, :, CLEARANCE_OUTPUTS.index("penetration")]
         read = np.array([name not in self._unread for name in local.names])
-        kept = np.concatenate([read, (begins > 0)[latched] & (depth > 0.0)[latched]])
+        kept = np.concatenate([read, (begins > 0)[latched[0]] & (depth > 0.0)[latched[0]]])
         spectrum = multipliers(monodromy[np.ix_(kept, kept)])
         for k in np.flatnonzero(~kept):
             end[k], by_p[k], monodromy[k] = x[k], 0.0, 0.0
@@ -218,7 +222,7 @@ class ReturnMap:
         contacts = np.where((begins == 0) & (depth > 0.0), -1, begins)[closed]
         start = Steps(steps.times[:1], steps.states[:1], steps.memory[:1])
         memory = np.zeros_like(flow.memory)
-        memory[:, 0] = start.memory[0]
+        restore_memory(memory, start.memory[0])
         passage = Passage(
             flow.system, self.periods * period, float(start.times[0]), start.states[0].copy(), memory, monodromy,
             spectrum, tuple(int(k) for k in contacts),
@@ -254,7 +258,7 @@ class ReturnMap:
 
 def least_clearance(system: System) -> float:
     """Return the smallest clearance of the joints [m]; infinite without clearance joints."""
-    return min((system.experiment.joints[name].clearance or np.inf for name in system.tree.play), default=np.inf)
+    return min((system.joints[name].clearance or np.inf for name in system.tree.play), default=np.inf)
 
 
 def _rate(flow: Flow, steps: Steps, t: float) -> Array:
@@ -262,5 +266,5 @@ def _rate(flow: Flow, steps: Steps, t: float) -> Array:
     runner = flow.runner
     _, v, a, contacts = runner.evaluate(steps, np.array([t]))
     free, own = runner.model.free, a.shape[1] - len(runner.model.states)
-    bristles = contacts[0, runner.model.bristles, _BRISTLE_RATE]
-    return np.concatenate([v[0, free], a[0, free], bristles, a[0, own:]])
+    contact, place = runner.model.law_states.T
+    return np.concatenate([v[0, free], a[0, free], contacts[0, contact, RATES + place], a[0, own:]])

@@ -11,9 +11,9 @@ from scipy.special import ndtri, stdtrit
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
+from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.run.replay import Steps
 from linkages.explore.flow import Flow, lasting, period_of
-from linkages.input.model.capabilities import Analysis
 from linkages.laws.wear.archard import SAMPLE, fill_moments
 from linkages.laws.wear.profile import depth_of
 from linkages.results.extremes import peaks
@@ -108,7 +108,7 @@ def wearing(system: System) -> tuple[Wearing, ...]:
     for law, (name, _), model in zip(system.laws, system.tree.contacts, system.models, strict=False):
         if model.wear is None:
             continue
-        joint, clearance = system.mechanism.joint[name], float(law["clearance"])
+        joint, clearance = system.joints[name], float(law["clearance"])
         reach = clearance - _ASPERITIES * float(law["roughness"])
         links = joint.parent, joint.child
         size = float(law["radius"]), float(law["length"])
@@ -124,7 +124,7 @@ def check_wears(system: System, drive: str | None = None) -> tuple[Wearing, ...]
     system.check_analysis(Analysis.WEAR)
     joints = wearing(system)
     if not joints:
-        raise InputError(system.experiment.source, "joints", "no joint wears; give one a table [joints.NAME.wear]")
+        raise InputError(system.description.source, "joints", "no joint wears; give one a table [joints.NAME.wear]")
     period_of(system, drive)
     return joints
 
@@ -157,7 +157,7 @@ def measure(
     """
     joints = wearing(system)
     period = period_of(system, drive)
-    ramp = max((d.ramp for d in system.experiment.drives.values()), default=0.0)
+    ramp = system.ramp
     begin = int(np.ceil(ramp / period)) + _SETTLING  # first cycle of later blocks, counted by the drive
     first, lead = (0, begin) if start is None else (begin, 0 if single else 1)
     most = lead + (1 if single else _MOST)
@@ -211,9 +211,9 @@ def watched(system: System) -> list[str]:
 
     For outputs of points the jitter is recorded, if the drives determine the ideal motion.
     """
-    drives = system.experiment.drives
+    drives = system.drives
     found = [f"{name}.force" for name in system.tree.journals] + [f"{name}.torque" for name in drives]
-    found += [f"{name}{JITTER}" if has_jitter(system, name) else name for name in system.experiment.outputs]
+    found += [f"{name}{JITTER}" if has_jitter(system, name) else name for name in system.settings.outputs]
     return list(dict.fromkeys(found))
 
 
@@ -248,7 +248,7 @@ def _samples(joint: Wearing, columns: Mapping[str, Array], weights: Array, syste
     lines = np.zeros((len(weights), len(SAMPLE)))
     for k, link in enumerate(joint.links):
         if link != "world":
-            lines[:, k] = columns[f"{link}.angle"] - system.mechanism.point[link].angle
+            lines[:, k] = columns[f"{link}.angle"] - system.points[link].angle
     lines[:, 2], lines[:, 3] = columns[f"{joint.name}.ex"], columns[f"{joint.name}.ey"]
     lines[:, 6] = weights * columns[f"{joint.name}.load"] * np.abs(columns[f"{joint.name}.sliding"])
     return lines[lines[:, 6] > 0.0]

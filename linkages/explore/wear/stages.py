@@ -278,8 +278,8 @@ def content(life: Life) -> dict[str, Any]:
         "rejected_jumps": life.rejected,
         "tolerance": life.tolerance,
         "scatter": life.scatter,
-        "title": life.system.experiment.title,
-        "experiment": life.system.experiment.source.name,
+        "title": life.system.description.title,
+        "experiment": life.system.description.source.name,
         "provenance": {"versions": versions()},
     }
 

@@ -9,6 +9,7 @@ It may import errors and `flexible`.
 | general_tolerances | general tolerances of ISO 2768                                      |
 | shipped            | mechanisms and experiments of the package                           |
 | toml               | typed tables, comments as sources, values replaced by dotted path   |
+| entry              | objects of files of results: attributes in a program, keys in a file |
 | table_keys         | keys of tables: allowed values, units                               |
 | unit_conversion    | values with units -> SI units                                       |
 | formula            | arithmetic on names, parsed and never executed                      |
@@ -26,7 +27,14 @@ It may import errors and `flexible`.
 | described_model    | its tables, and the links, joints, beams and frames of it           |
 | importing          | import of mechanisms of other programs                              |
 | urdf               | conversion of URDF to SDFormat                                      |
+| mjcf               | conversion of MJCF, MuJoCo's format, to SDFormat                    |
+| mjcf_defaults      | its included files, default classes, angles and frames              |
+| mjcf_shapes        | its inertia of shapes, its visuals                                  |
+| mjcf_actuators     | its actuators: springs, dampers, notes                              |
+| xacro_text         | expansion of xacro                                                  |
+| formats            | formats that are not read, by name                                  |
 | joint_places       | joints at their own poses, or at frames named as their parents      |
+| pairs              | universal and ball joints, written as hinges at one place           |
 | foreign            | elements of other programs: converted, marked or rejected           |
 | constraints        | welds, ball joints and springs between links                        |
 | writing            | atomic writing of files and folders, locks                          |

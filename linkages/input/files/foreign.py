@@ -98,6 +98,16 @@ class Entry(NamedTuple):
         found = self.values.get("joints", self.values.get("joint", self.name if self.table == "drives" else ()))
         return found if isinstance(found, tuple) else (str(found),)
 
+    @property
+    def couples(self) -> bool:
+        """Check whether it couples the coordinates of two joints."""
+        return self.table == "gears"
+
+    @property
+    def keys(self) -> dict[str, Any]:
+        """Return the values as an experiment has them."""
+        return {key: list(value) if isinstance(value, tuple) else value for key, value in self.values.items()}
+
     def merged(self, old: str, new: str, sign: float) -> Entry:
         """Return the entry for a joint that was merged with another, whose coordinate is `sign` times its own."""
         if old not in self.joints:

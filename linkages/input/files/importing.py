@@ -16,14 +16,18 @@ from linkages.base.errors import InputError, listed, nearest
 from linkages.input.files.constraints import joined
 from linkages.input.files.elements import numbers
 from linkages.input.files.foreign import CARRIED, MARK, Entry, Foreign, influence, is_detachable, take_foreign
+from linkages.input.files.formats import check_root, check_suffix
 from linkages.input.files.joint_places import placed, take_joint_frames
 from linkages.input.files.magnitudes import ALIGNED, SMALLEST, decimal_or_nan
+from linkages.input.files.mjcf import sdf_of_mjcf
 from linkages.input.files.models import flattened, is_static, update
+from linkages.input.files.pairs import in_plane
 from linkages.input.files.raw_model import Pose, RawJoint, RawModel
 from linkages.input.files.reading import read_whole
 from linkages.input.files.rigid import complete_inertials, correct_rounded, fixed_into, without_massless
 from linkages.input.files.sdf import read_model
 from linkages.input.files.urdf import sdf_of
+from linkages.input.files.xacro_text import expanded, is_xacro
 from linkages.input.files.xml import DEEPEST, label, parse_xml
 
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid")
@@ -90,7 +94,8 @@ def _imported(path: Path, model: ET.Element, joints_at_parent: bool) -> Imported
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
     two_places = take_joint_frames(model)
     foreign = take_foreign(path, model)
-    notes = _leave_out(model, {name for name, ends in limits.items() if min(np.abs(ends)) < _FAR})
+    notes = list(filter(None, model.attrib.pop("told", "").splitlines()))
+    notes += _leave_out(model, {name for name, ends in limits.items() if min(np.abs(ends)) < _FAR})
     raw = read_model(path, model)
     if model.get("notation") != "URDF":  # loops of URDF, written as frames, stay as they are
         raw = placed(raw, two_places, joints_at_parent, notes)
@@ -104,6 +109,7 @@ def _imported(path: Path, model: ET.Element, joints_at_parent: bool) -> Imported
         taken = "values that <inertial> lacks are 1 kg and 1 kg m2 about each axis, as SDFormat defines; is that meant?"
         notes.append(f"link{'s' * (len(free) > 1)} {', '.join(free)}: {taken}")
     raw, gravity = _gravity(model, raw, foreign, standing)
+    raw = in_plane(raw, notes)
     raw = _aligned(_rigid(path, raw, notes), notes)
     raw = _coaxial(raw, foreign, notes)
     raw = without_massless(path, raw)
@@ -146,9 +152,14 @@ def _model(path: Path, passed: tuple[Path, ...], name: str = "") -> ET.Element:
                 model.append(own)
         return model
 
+    check_suffix(path)
     root = parse_xml(path, read_whole(path))
     if root.tag == "robot":
+        root = expanded(path) if is_xacro(root) else root
         return sdf_of(path, _chosen(path, [root], name, []))
+    if root.tag == "mujoco":
+        return sdf_of_mjcf(path, root)
+    check_root(path, root)
     update(path, root)
     world = root.find("world")
     world = ET.Element("world") if world is None else world

@@ -6,6 +6,7 @@ import csv
 import math
 import re
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -15,14 +16,14 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
+from linkages.base.packages import needed
 from linkages.input.files.magnitudes import decimal_or_nan
 from linkages.input.files.reading import read_arrays, read_whole
-from linkages.input.files.table_formats import needed
 from linkages.input.files.toml import leaves
 from linkages.input.files.unit_conversion import si
 
 _MOST = 500_000_000  # largest size of a data file [bytes]
-_ASIDE = re.compile(r".*\(([^()]*)\)")  # text in parentheses at the end of a name
+_ASIDE = re.compile(r"(.*?)\s*\(([^()]*)\)")  # a name, and text in parentheses at its end
 _HEADING = re.compile(r"\s*(.*?)\s*(?:\[([^][]*)\])?\s*")  # name, and unit in brackets
 
 
@@ -43,16 +44,46 @@ class Recording:
     columns: Mapping[str, Array]
     units: Mapping[str, str]
 
-    def column(self, name: str, unit: str, given: str | None = None) -> Array:
-        """Return a column in `unit`; it is in `given`, or else in the file's unit, or else in `unit`.
+    def named(self, name: str) -> str:
+        """Return the column that a name means: its heading, with or without its unit in brackets or parentheses.
 
-        The file's unit also stands in parentheses at the end of the name, if it is of the same kind.
+        If no heading fits, capital and small letters count as equal. A ValueError has one sentence with the error and
+        the remedy.
+        """
+        if name in self.columns:
+            return name
+        bare, unit = split(name)
+        for same in (str, str.casefold):
+            found = [
+                key
+                for key in self.columns
+                if same(self.bare(key)) == same(bare) and unit in ("", self.units.get(key) or split(key)[1])
+            ]
+            if len(found) > 1:
+                raise ValueError(f'{self.path.name} has several columns "{name}"; give one of {", ".join(found)}')
+            if found:
+                return found[0]
+        raise ValueError(f'{self.path.name} has no column "{name}"; {nearest(name, self.columns)}')
+
+    def bare(self, column: str) -> str:
+        """Return the name of a column without its unit."""
+        return column if self.units.get(column) else split(column)[0]
+
+    def stated(self, name: str, unit: str, given: str | None = None) -> str:
+        """Return the unit of a column: `given`, or else the file's, or else `unit`.
+
+        The file's unit also stands in parentheses at the end of the name, if it is of the same kind as `unit`.
+        """
+        column = self.named(name)
+        return given or self.units.get(column) or _aside(column, unit)
+
+    def column(self, name: str, unit: str, given: str | None = None) -> Array:
+        """Return a column in `unit`; it is in the unit of `stated`.
 
         A ValueError has one sentence with the error and the remedy.
         """
-        if name not in self.columns:
-            raise ValueError(f'{self.path.name} has no column "{name}"; {nearest(name, self.columns)}')
-        stated = given or self.units.get(name) or _aside(name, unit)
+        stated = self.stated(name, unit, given)
+        name = self.named(name)
         try:
             zero, one = (0.0, 1.0) if stated == unit else (si(f"{x} {stated}", unit) for x in (0, 1))
         except ValueError as problem:
@@ -68,11 +99,28 @@ class Recording:
         return values + zero if zero else values
 
 
+def split(heading: str) -> tuple[str, str]:
+    """Split a heading into its name and its unit in brackets, or in parentheses if it is one; else empty.
+
+    Examples
+    --------
+    >>> from linkages.input.files.recorded import split
+    >>> split("Time (s)"), split("angle [deg]"), split("force (left)")
+    (('Time', 's'), ('angle', 'deg'), ('force (left)', ''))
+    """
+    head, aside = _HEADING.fullmatch(heading), _ASIDE.fullmatch(heading)
+    if head and head[2]:
+        return head[1], head[2]
+    with suppress(ValueError):
+        return (aside[1], aside[2]) if aside and math.isfinite(si(f"1 {aside[2]}")) else (heading, "")
+    return heading, ""
+
+
 def _aside(name: str, unit: str) -> str:
     """Return the unit in parentheses at the end of a column's name if it is of the same kind as a unit, else that."""
     aside = _ASIDE.fullmatch(name)
     try:
-        return aside[1] if aside and math.isfinite(si(f"1 {aside[1]}", unit)) else unit
+        return aside[2] if aside and math.isfinite(si(f"1 {aside[2]}", unit)) else unit
     except ValueError:  # it is no unit, or of another kind
         return unit
 

@@ -134,7 +134,7 @@ def complete_inertials(path: Path, model: ET.Element) -> list[str]:
     for link in model.findall("link"):
         inertial = link.find("inertial")
         if inertial is not None and inertial.get("auto") == "true":
-            _compute(path, link, inertial)
+            compute_inertial(path, link, inertial)
         elif link.find("linkages:beam") is None:
             inertial = ET.SubElement(link, "inertial") if inertial is None else inertial
             missing = [tag for tag in ("mass", "inertia") if inertial.find(tag) is None]
@@ -161,18 +161,19 @@ def correct_rounded(path: Path, model: ET.Element) -> list[str]:
             excess = moments[2] - moments[0] - moments[1]
             if moments[0] >= 0.0 and 1e-9 * moments[2] < excess <= _ROUNDED * moments[2]:
                 moments[:2] += 0.5 * excess
-                _write_tensor(element, axes @ np.diag(moments) @ axes.T)
+                write_tensor(element, axes @ np.diag(moments) @ axes.T)
                 corrected.append(link.get("name", ""))
     return corrected
 
 
-def _write_tensor(element: ET.Element, tensor: Array) -> None:
+def write_tensor(element: ET.Element, tensor: Array) -> None:
+    """Replace the content of an <inertia> by a tensor (3, 3)."""
     element.clear()
     for key, place in INERTIA.items():
         ET.SubElement(element, key).text = repr(float(tensor[place]))
 
 
-def _compute(path: Path, link: ET.Element, inertial: ET.Element) -> None:
+def compute_inertial(path: Path, link: ET.Element, inertial: ET.Element) -> None:
     """Replace an automatic <inertial>: the link's collision shapes of given density, scaled to a given mass."""
     where = f"{label(link)}/<inertial>"
     usual = number(path, inertial, "density", where, _WATER)
@@ -185,7 +186,7 @@ def _compute(path: Path, link: ET.Element, inertial: ET.Element) -> None:
     inertial.clear()
     ET.SubElement(inertial, "pose").text = Pose(np.eye(3), centre).text()
     ET.SubElement(inertial, "mass").text = repr(float(mass * scale))
-    _write_tensor(ET.SubElement(inertial, "inertia"), tensor * scale)
+    write_tensor(ET.SubElement(inertial, "inertia"), tensor * scale)
 
 
 def _body(path: Path, link: ET.Element, collision: ET.Element, usual: float) -> tuple[float, Array, Array]:
@@ -234,6 +235,6 @@ def _body(path: Path, link: ET.Element, collision: ET.Element, usual: float) -> 
         case _:
             known = "boxes, cylinders, spheres, capsules and ellipsoids have automatic inertia; write mass and inertia"
             raise InputError(path, spot, known)
-    mass = density * volume
+    mass = number(path, collision, "mass", where, density * volume)  # MJCF gives masses of shapes
     own = mass * np.diag(squares.sum() - squares)
     return mass, pose.translation, pose.rotation @ own @ pose.rotation.T

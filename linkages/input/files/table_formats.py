@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import csv
-import importlib
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.base.errors import InputError
+from linkages.base.packages import needed
 
 if TYPE_CHECKING:  # the command line imports this module for the names of the formats, and must start fast
     from linkages.base.arrays import Array
@@ -18,15 +17,6 @@ if TYPE_CHECKING:  # the command line imports this module for the names of the f
 
 _ROWS = 1000  # rows of a CSV file that are written at once
 _LONGEST = 63  # most characters of a name in MATLAB
-
-
-def needed(package: str, asked: str) -> Any:
-    """Import a package of the extra ``export``; InputError with the command that installs it for a feature."""
-    try:
-        return importlib.import_module(package)
-    except ImportError:
-        name = package.partition(".")[0]
-        raise InputError(asked, "", f'needs {name}: pip install "linkages[export]"') from None
 
 
 def dataframe(columns: Columns, units: Mapping[str, str]) -> Any:

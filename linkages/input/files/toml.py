@@ -39,6 +39,7 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)  # built when first used
     of_any_joint: ClassVar[bool] = False  # whether units with rad also allow m (prismatic joints)
+    imperfections: ClassVar[tuple[str, ...]] = ()  # keys that the linkage with ideal joints lacks
 
     @field_validator("*", mode="before")
     @classmethod
@@ -155,8 +156,9 @@ def validate(
     except ValidationError as problem:
         # a misspelt key often causes a missing key: report the misspelt one
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
-        where = ".".join(part for part in map(str, first["loc"]) if part.strip())  # without tags of unions
-        raise InputError((origins or {}).get(where, source), where, _explain(model, data, first)) from None
+        loc = _written(data, first["loc"])
+        where = ".".join(part for part in map(str, loc) if part.strip())  # without tags of unions
+        raise InputError((origins or {}).get(where, source), where, _explain(model, data, loc, first)) from None
 
 
 def check_history(times: list[float] | None, values: Sized | None, name: str) -> None:
@@ -220,8 +222,18 @@ def _comments(table: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
             yield path, item.trivia.comment.lstrip("# ").strip()
 
 
-def _explain(model: type[Table], data: Mapping[str, Any], error: Any) -> str:
-    loc, kind, value = error["loc"], error["type"], error["input"]
+def _written(data: Any, loc: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return a location up to the value that stands in the file: pydantic adds the type that a number failed to be."""
+    for count, part in enumerate(loc):
+        if not isinstance(data, Mapping | list):
+            return loc[:count]
+        inside = isinstance(data, Mapping) or isinstance(part, int)
+        data = (data.get(part, data) if isinstance(data, Mapping) else data[part]) if inside else data
+    return loc
+
+
+def _explain(model: type[Table], data: Mapping[str, Any], loc: tuple[Any, ...], error: Any) -> str:
+    kind, value = error["type"], error["input"]
     table, values = _table_at(model, data, loc[:-1])
     if kind == "extra_forbidden":
         return table.unknown(str(loc[-1]), values)

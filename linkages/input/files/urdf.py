@@ -25,10 +25,6 @@ def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
     Elements of a ``<gazebo reference>`` block become elements of their
     link or joint; ``<coupling>`` (URDF+) and joints that mimic others in ``<ros2_control>`` become ``<mimic>``.
     """
-    for element in robot.iter():
-        if element.tag.startswith("xacro:") or any("${" in value for value in element.attrib.values()):
-            problem = f"is xacro, which URDF is made from; run `xacro {path.name} > NAME.urdf`, and import that"
-            raise InputError(path, label(element), problem)
     model = ET.Element("model", name=robot.get("name", ""), notation="URDF")
     colors = {found.get("name"): found for found in robot.iter("material") if found.find("color") is not None}
     carried: dict[str, ET.Element] = {}

@@ -4,6 +4,13 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
+from functools import cache
+
+
+@cache
+def determining() -> dict[str, str]:
+    """Return the versions of the packages that two processes must share so that both compute the same numbers."""
+    return {package: version for package, version in versions().items() if package not in ("python", "drake")}
 
 
 def versions(*more: str) -> dict[str, str]:

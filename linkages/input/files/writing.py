@@ -8,7 +8,7 @@ import math
 import re
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -78,6 +78,7 @@ def locked(path: Path, content: Path) -> Iterator[None]:
 
 def json_text(content: Any, indent: int | None = None) -> str:
     """Return JSON with a final newline, in one line without `indent`; numbers that are not finite become null."""
+    content = content_of(content)
     try:
         return json.dumps(content, indent=indent, allow_nan=False) + "\n"
     except ValueError:
@@ -142,3 +143,12 @@ class OutputFolder:
                 old.unlink()
         for name in self.names:
             (self.partial / name).replace(self.path / name)
+
+
+def content_of(value: Any) -> Any:
+    """Return a value with entries as dicts, at any depth."""
+    if isinstance(value, Mapping):
+        return {key: content_of(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [content_of(one) for one in value]
+    return value

@@ -5,17 +5,12 @@
 | mechanism         | `Mechanism`: links, joints, frames in the reference configuration, from SDFormat |
 | experiment        | `Experiment`: drives, joint models, loads, settings, from TOML                   |
 | experiment_tables | tables of joint models, solver                                                   |
-| drive_tables      | tables of drives, of backlash                                                    |
-| law_tables        | tables that name a law, with the law's declared parameters                       |
-| load_tables       | tables of applied loads, gears, limit stops, points at straight lines            |
-| state_tables      | additional states, motors, controllers, and the quantities they define           |
+| output_names      | names of outputs that can be requested, with meanings and units                  |
+| drive_tables      | tables of drives                                                                 |
 | link_tables       | tables of links: flexible or rigid, modes, damping                               |
 | beam_interfaces   | flexible links: interfaces at joints and loads, substructures                    |
 | segment_model     | flexible links as chains of rigid segments with springs                          |
 | editing           | texts of experiments with other values                                           |
-| functions         | formulas and tables of time, positions and speeds                                |
-| recorded_tables   | the part of a table that takes its signal from a data file                       |
-| smoothing         | smooth functions of recorded signals: Fourier series, smoothing splines          |
 | worn              | worn profiles of joints from a ``wear.json``                                     |
 | skeleton          | default shape of a link: bars between its joints and frames                      |
 | plausibility      | questions about values that suggest a wrong unit                                 |

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.errors import InputError
-from linkages.elements.machine import elements_of
+from linkages.elements.machine import all_elements_of
 from linkages.input.files.beams import of_beam
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.mechanism import Link, Mechanism
@@ -37,10 +37,8 @@ def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> list[
                     problem = f'is flexible, but its joint "{joint.name}" lies {off:g} m off its beam from {ends}'
                     fix = "put it on the beam, or on another link that is fixed to this one"
                     raise InputError(experiment.source, f"links.{name}", f"{problem}; {fix}")
-    loaded: set[str | None] = {load.point for load in experiment.forces.values()}
-    loaded |= {name for touch in experiment.contacts.values() for name in (touch.point, touch.line)}
-    parts = elements_of(experiment.elements)
-    loaded |= {point for kind, _, keys in parts for point in kind.points(keys) if isinstance(point, str)}
+    parts = all_elements_of(experiment.elements)
+    loaded = {point for kind, _, keys in parts for point in kind.points(keys) if isinstance(point, str)}
     points = [point for point in mechanism.point.values() if point.link == name and point.name in loaded]
     return distinct([*found, *(min(max(beam.along(point.origin), 0.0), beam.length) for point in points)], beam.length)
 

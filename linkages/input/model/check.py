@@ -12,32 +12,31 @@ from typing import Any, NoReturn
 import numpy as np
 
 from linkages.base.errors import InputError, nearest
-from linkages.elements.element import Point
-from linkages.elements.machine import OF_ELEMENTS
+from linkages.elements.analysis import Analysis
+from linkages.elements.contact_tables import ContactTable
+from linkages.elements.machine import KINDS, OF_ELEMENTS, TABLES, all_elements_of, owner_of
+from linkages.elements.pictures import Point
 from linkages.input.files.formula import CONSTANTS, FUNCTIONS, shown
 from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Table
 from linkages.input.files.unit_conversion import SLIDING, read, si
-from linkages.input.model import load_tables as tables
+from linkages.input.functions.definitions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of, over_time
+from linkages.input.functions.smoothing import SmoothSignal
 from linkages.input.model.beam_interfaces import substructures
-from linkages.input.model.capabilities import Analysis, check_analysis
-from linkages.input.model.drive_tables import Backlash, Drive
-from linkages.input.model.experiment import (
+from linkages.input.model.capabilities import check_analysis
+from linkages.input.model.drive_tables import Drive
+from linkages.input.model.experiment import Experiment
+from linkages.input.model.experiment_tables import JointModel
+from linkages.input.model.link_tables import LinkModel
+from linkages.input.model.mechanism import Frame, Joint, Mechanism
+from linkages.input.model.output_names import (
     BENDING_QUANTITIES,
-    DEFINING,
     FRAME_BENDING,
     LINK_BENDING,
     OF_DRIVES,
     PIN_QUANTITIES,
     QUANTITIES,
-    Experiment,
 )
-from linkages.input.model.experiment_tables import ContactTable, JointModel
-from linkages.input.model.functions import OF_JOINTS, OF_OWN, OF_POINTS, TIME, inputs_of, over_time
-from linkages.input.model.link_tables import LinkModel
-from linkages.input.model.mechanism import Frame, Mechanism
-from linkages.input.model.smoothing import Fit
-from linkages.input.model.state_tables import Controller, Motor, State
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
 
@@ -114,8 +113,9 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
     for name in experiment.flexible:
         _Check(mechanism, experiment, f"links.{name}").flexible(name, experiment.links[name])
     taken = {"world", *mechanism.point, *mechanism.joint}
-    own = [(table, name) for table in ("values", "states", "controllers") for name in getattr(experiment, table)]
-    for table, name in (*experiment.named, *own):
+    own = [("values", name) for name in experiment.values]
+    own += [(table, name) for table in TABLES for name in experiment.elements[table]]
+    for table, name in dict.fromkeys((*experiment.named, *own)):
         load = _Check(mechanism, experiment, f"{table}.{name}")
         if name in taken:
             load.refuse("", "is also the name of a link, frame, joint or load; choose another one")
@@ -126,6 +126,9 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
             OF_ELEMENTS[table].check(experiment.elements[table][name], load)
         else:
             getattr(load, table)(getattr(experiment, table)[name])
+    derived = (kind for kind in KINDS if kind.derived is not None)
+    for kind, name, keys in all_elements_of(experiment.elements, derived):
+        kind.check(keys, _Check(mechanism, experiment, kind.path(name)))
     _check_quantities(mechanism, experiment)
     for name, window in experiment.windows.items():
         part = _Check(mechanism, experiment, f"windows.{name}")
@@ -141,13 +144,11 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
 
 
 def _check_quantities(mechanism: Mechanism, experiment: Experiment) -> None:
-    """Reject formulas of states, motors and controllers with unknown names, and formulas that need themselves."""
+    """Reject formulas of quantities with unknown names, and formulas that need themselves."""
     for name, quantity in experiment.quantities.items():
         if name in experiment.values:
             continue
-        owner = name.partition(".")[0]
-        table = next(table for table in DEFINING if owner in getattr(experiment, table))
-        part = _Check(mechanism, experiment, f"{table}.{owner}")
+        part = _Check(mechanism, experiment, ".".join(owner_of(experiment.elements, name)))
         try:
             inputs = [*inputs_of(quantity.definition, experiment.quantities, (name,))]
         except KeyError as cycle:
@@ -176,11 +177,7 @@ class _Check:
         self.units(Drive, self.slides(name))
         for key, unit in drive.units.items():
             known = bracketed(Drive.model_fields[key].description) if key != "time" else "s"
-            self.unit(f"units.{key}", unit, SLIDING.get(known, known) if self.slides(name) else known)
-        if drive.backlash is not None:
-            if self.slides(name):
-                self.refuse("backlash", "needs a revolute joint; before a prismatic one use a gear with backlash")
-            replace(self, where=f"{self.where}.backlash").backlash(drive.backlash, name)
+            self.same_kind(f"units.{key}", unit, SLIDING.get(known, known) if self.slides(name) else known)
         self.covers(drive.times, drive.fitted)
         self.over_time("formula", drive.formula)
 
@@ -200,6 +197,10 @@ class _Check:
             read(text, unit)
         except ValueError as problem:
             self.refuse(key, str(problem))
+
+    def unit(self, key: str, unit: str) -> None:
+        """Refuse a value with a unit of another kind than this SI unit."""
+        self.measured(self.experiment.texts.get(f"{self.where}.{key}"), unit, key)
 
     def units(self, table: type[Table], slides: bool) -> None:
         """Check the units of a table's values for a coordinate that is a displacement, or an angle."""
@@ -267,19 +268,6 @@ class _Check:
             if (count := getattr(model, key)) and count < least:
                 self.refuse(key, f"is {count}; its {others + 1} {what} need {least} modes or more, or 0")
 
-    def frictions(self, friction: tables.JointFriction) -> None:
-        self.moving(friction.joint)
-        if friction.joint in self.experiment.play:
-            own = f"[joints.{friction.joint}.friction]"
-            self.refuse("joint", f'"{friction.joint}" has clearance; give it a table {own}')
-        slides = self.slides(friction.joint)
-        if friction.depends_on_force and not slides and friction.radius is None:
-            self.refuse("radius", "is missing: a coefficient needs the radius of the pin")
-        for key, fits in (("radius", not slides), ("length", slides)):
-            if getattr(friction, key) is not None and not fits:
-                self.refuse(key, f'has no effect: "{friction.joint}" is {"prismatic" if slides else "revolute"}')
-        self.units(tables.JointFriction, slides)
-
     def link_of(self, key: str, point: Point) -> str:
         """Return the link of a point, "world" for a fixed one; refuse an unknown one."""
         return self.point(key, point).link if isinstance(point, str) else "world"
@@ -289,6 +277,18 @@ class _Check:
         self.known(key, name, ("world", *self.mechanism.link))
         return name
 
+    def moved_link(self, key: str, name: str) -> str:
+        """Return the name of a link; refuse an unknown one, and the world."""
+        self.known(key, name, self.mechanism.link)
+        return name
+
+    def revolute(self, key: str, name: str) -> str:
+        """Return the name of a revolute joint; refuse others."""
+        self.known(key, name, self.mechanism.joint)
+        if (kind := self.mechanism.joint[name].type) != "revolute":
+            self.refuse(key, f'"{name}" is {kind}; name a revolute joint')
+        return name
+
     def moving(self, name: str) -> str:
         """Return the name of a joint; refuse an unknown or fixed one."""
         self.known("joint", name, self.mechanism.joint)
@@ -296,84 +296,26 @@ class _Check:
             self.refuse("joint", f'"{name}" is a fixed joint and cannot move')
         return name
 
-    def gears(self, gear: tables.Mesh) -> None:
-        for name in gear.joints:
-            self.known("joints", name, self.mechanism.joint)
-            if self.mechanism.joint[name].type == "fixed":
-                self.refuse("joints", f'"{name}" is fixed; name revolute or prismatic joints')
-            if name in self.experiment.play and self.mechanism.joint[name].type == "prismatic":
-                self.refuse("joints", f'"{name}" has clearance; a rack needs an ideal guide')
-        self.seen_from(gear)
-        if gear.backlash is not None:
-            replace(self, where=f"{self.where}.backlash").backlash(gear.backlash, gear.joints[1])
+    def joint(self, key: str, name: str) -> Joint:
+        """Return a joint; refuse an unknown one."""
+        self.known(key, name, self.mechanism.joint)
+        return self.mechanism.joint[name]
 
-    def seen_from(self, gear: tables.Mesh) -> None:
-        """Check that a gear says from which link its wheels are seen, and that both can be seen from there."""
-        if gear.carrier is None:
-            if not gear.mimic and not self.mechanism.meet(*gear.joints):
-                one, two = (f'"{name}"' for name in gear.joints)
-                apart = f"{one} and {two} share no link, so that their angles are seen from different ones"
-                carrier = "give carrier, the link on which both wheels have their axes"
-                self.refuse("joints", f"{apart}: {carrier}, or mimic = true for the joints' own coordinates")
-            return
-        self.known("carrier", gear.carrier, ("world", *self.mechanism.link))
-        for joint in (self.mechanism.joint[name] for name in gear.joints):
-            if gear.carrier in (joint.parent, joint.child):
-                continue
-            if joint.type == "prismatic":
-                problem = f'is "{gear.carrier}", but "{joint.name}" is prismatic'
-                self.refuse("carrier", f"{problem}; name a link that it joins")
-            if gear.carrier in self.experiment.flexible:
-                problem = f'is "{gear.carrier}", a flexible link, which has no single angle'
-                self.refuse("carrier", f'{problem}; make it rigid, or let "{joint.name}" join it')
+    def has_clearance(self, joint: str) -> bool:
+        """Tell whether a joint has clearance."""
+        return joint in self.experiment.play
 
-    def backlash(self, slack: Backlash, second: str) -> None:
-        slides = self.slides(second)
-        self.units(Backlash, slides)
-        self.plain(slack.contact)
-        if slides and slack.normal is not None:
-            self.refuse("normal", f'needs a wheel; "{second}" is prismatic: give play [m]')
-        if not slides and slack.normal is None and slack.friction is not None:
-            self.refuse("friction", "needs the force of the teeth: give normal and radius instead of play")
+    def meet(self, one: str, other: str) -> bool:
+        """Tell whether two joints share a link, or have links that fixed joints make one body."""
+        return self.mechanism.meet(one, other)
 
-    couplings = gears
+    def bends(self, link: str) -> bool:
+        """Tell whether a link is flexible."""
+        return link in self.experiment.flexible
 
-    def stops(self, stop: tables.Stop) -> None:
-        self.moving(stop.joint)
-        if stop.joint in self.experiment.play and self.mechanism.joint[stop.joint].type == "prismatic":
-            self.refuse("joint", f'"{stop.joint}" has clearance; stop a point of its block by a table [contacts.NAME]')
-        self.units(tables.Stop, self.slides(stop.joint))
-        self.plain(stop.contact)
-
-    def contacts(self, touch: tables.LineContact) -> None:
-        link = self.point("point", touch.point).link
-        other = "world" if touch.line is None else self.point("line", touch.line).link
-        if link == other:
-            self.refuse("", f'has its point and its line on the same link, "{link}"')
-        self.plain(touch.contact)
-
-    def forces(self, load: tables.ForceTable) -> None:
-        self.depends(load)
-        if self.point("point", load.point).link == "world":
-            self.refuse("point", f'"{load.point}" is fixed to the world; name a link\'s')
-
-    def torques(self, load: tables.Torque) -> None:
-        self.depends(load)
-        if load.link is not None:
-            self.known("link", load.link, self.mechanism.link)
-        if load.joint is not None:
-            self.known("joint", load.joint, self.mechanism.joint)
-            if (kind := self.mechanism.joint[load.joint].type) != "revolute":
-                self.refuse("joint", f'"{load.joint}" is {kind}; name a revolute joint')
-
-    def depends(self, load: tables.ForceTable | tables.Torque) -> None:
-        """Check the times of a load, the positions and speeds that it depends on, and the unit of a table over one."""
-        self.covers(load.times, load.fitted if load.over is None else ())
-        key = "formula" if load.formulas else "over"
-        for name in load.signals:
-            text = next((one.text for one in load.formulas if name in one.names), name)
-            unit = self.signal(key, name, text)
-            self.measured(self.experiment.texts.get(f"{self.where}.at"), unit, "at")
+    def within(self, key: str) -> _Check:
+        """Return the checks of the table at a key."""
+        return replace(self, where=f"{self.where}.{key}")
 
     def signal(self, key: str, name: str, text: str) -> str:
         """Check an input of a formula, whose text is given; return its unit."""
@@ -397,40 +339,30 @@ class _Check:
         return unit
 
     def values(self, _: float) -> None:
-        self.own_name()
+        self.name_for_formulas()
 
-    def states(self, _: State) -> None:
-        self.own_name()
+    def is_free(self, joint: str) -> bool:
+        """Tell whether a joint is ideal and has no prescribed motion."""
+        drive = self.experiment.drives.get(joint)
+        return joint not in self.experiment.play and not (drive is not None and drive.prescribed)
 
-    def controllers(self, controller: Controller) -> None:
-        self.own_name()
-        if controller.joint is not None:
-            self.over_time("reference", controller.reference)
-            self.moving(controller.joint)
-            drive = self.experiment.drives.get(controller.joint)
-            if controller.joint in self.experiment.play or (drive is not None and drive.prescribed):
-                self.refuse("joint", f'"{controller.joint}" must be ideal, without a prescribed motion')
+    def has_gearbox(self, joint: str) -> bool:
+        """Tell whether the drive of a joint has backlash."""
+        return joint in self.experiment.wheels
 
-    def own_name(self) -> None:
+    def ends_of(self, joint: str) -> tuple[str, str]:
+        """Return the parent and child of a joint."""
+        return self.mechanism.joint[joint].parent, self.mechanism.joint[joint].child
+
+    def has_beam(self, link: str) -> bool:
+        """Tell whether a link has a beam."""
+        return link in self.mechanism.beam
+
+    def name_for_formulas(self) -> None:
+        """Refuse a name that formulas cannot have."""
         name = self.where.partition(".")[2]
         if not name.isidentifier() or name in {TIME, *CONSTANTS, *FUNCTIONS}:
             self.refuse("", "cannot be a name in formulas; use letters and digits, and no name of a function")
-
-    def motors(self, motor: Motor) -> None:
-        self.own_name()
-        self.known("joint", motor.joint, self.mechanism.joint)
-        joint = self.mechanism.joint[motor.joint]
-        if joint.type != "revolute":
-            self.refuse("joint", f'"{motor.joint}" is {joint.type}; name a revolute joint')
-        if motor.joint in self.experiment.gearboxes:
-            problem = "has a drive with backlash: give the motor a joint of its own, and a gear with backlash"
-            self.refuse("joint", f'"{motor.joint}" {problem}')
-        if motor.rotor_inertia:
-            if "world" not in (joint.parent, joint.child):
-                problem = f'needs a joint of the world, and "{motor.joint}" joins two links; add the rotor as a link'
-                self.refuse("rotor_inertia", f"{problem}, with a gear")
-            if (link := joint.child if joint.parent == "world" else joint.parent) in self.mechanism.beam:
-                self.refuse("rotor_inertia", f'needs a link without a beam, and "{link}" has one')
 
     def output(self, name: str) -> None:
         """Check an output of a link, frame or joint; names of other elements are checked before a run.
@@ -441,11 +373,8 @@ class _Check:
         if point in self.mechanism.joint:
             self.joint_output(point, quantity)
             return
-        elements = {
-            *(label for _, label in self.experiment.acting),
-            *self.experiment.states,
-            *self.experiment.controllers,
-        }
+        elements = {label for _, label in self.experiment.acting}
+        elements.update(*self.experiment.elements.values())
         if not point or point == "q" or point in elements or point.rpartition(".")[0] in elements:
             return
         if point not in self.mechanism.point:
@@ -470,7 +399,7 @@ class _Check:
         near = nearest(quantity, (*PIN_QUANTITIES, *driven))
         self.refuse("", f'"{quantity}" of a joint is no output here; {near}')
 
-    def covers(self, times: list[float] | None, fits: Iterable[Fit]) -> None:
+    def covers(self, times: list[float] | None, fits: Iterable[SmoothSignal]) -> None:
         """Check that a table, or the signals of a file, cover the duration of the run."""
         if times is not None and times[-1] < (duration := self.experiment.duration):
             self.refuse("times", f"end at {times[-1]:g} s, before the duration of {duration:g} s")
@@ -481,7 +410,8 @@ class _Check:
                 covers = f"is from {first:.6g} to {last:.6g} s, and the run from 0 to {self.experiment.duration:g} s"
                 self.refuse("file", f"{covers}; {remedy}")
 
-    def unit(self, key: str, text: str, unit: str) -> None:
+    def same_kind(self, key: str, text: str, unit: str) -> None:
+        """Check that a unit is one of the same kind as another."""
         try:
             si(f"1 {text}", unit)
         except ValueError as problem:

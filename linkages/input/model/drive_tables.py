@@ -1,4 +1,4 @@
-"""Tables of drives, and of backlash: of a drive's gearbox, of gears and couplings."""
+"""Tables of drives."""
 
 from __future__ import annotations
 
@@ -7,67 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 from pydantic import Field
 
-from linkages.input.files.toml import Finite, NonNegative, Positive, Table, check_history
-from linkages.input.model.experiment_tables import ContactTable, FrictionTable
-from linkages.input.model.functions import TIME, formula, over_time, program
-from linkages.input.model.recorded_tables import FromFile
+from linkages.elements.gearbox import GearboxBacklash
+from linkages.input.files.toml import Finite, NonNegative, check_history
+from linkages.input.functions.definitions import TIME, formula, over_time, program
+from linkages.input.functions.recorded_tables import FromFile
 from linkages.mechanics.planar import motion
 from linkages.mechanics.planar.motion import Pieces, Program
 
 _LOOKS = 2000  # number of times at which the rate of a formula is sampled
-
-
-class Backlash(Table):
-    """Backlash: two contacts, at the ends of the second joint's free travel, act instead of the coupling.
-
-    With `play` a contact's penetration is the second joint's angle beyond the play, and its force a torque; with
-    `normal` and `radius` both are along the line of action of the teeth. For a prismatic second joint, a rack, read m
-    for rad and N for N m. Friction acts between the teeth, which slide by `arm` times the angular velocity of both
-    wheels relative to each other (of wheel and rack): the force of the friction law, times the arm, brakes this motion.
-    """
-
-    of_any_joint = True
-
-    play: Positive | None = Field(
-        None, description="angle through which the second joint turns while the first stands [rad]"
-    )
-    normal: Positive | None = Field(None, description="instead: normal backlash of the teeth [m]")
-    radius: Positive | None = Field(None, description="with normal: base radius of the second joint's wheel [m]")
-    start: Finite = Field(0.0, description="angle of the second joint at the start, from the middle of the play [rad]")
-    contact: ContactTable = Field(description="contact law, with stiffness [N m/rad^n], with normal [N/m^n]")
-    friction: FrictionTable | None = Field(None, description="friction between teeth; default: none")
-    arm: Positive | None = Field(
-        None, description="with friction: mean distance of the teeth's contact from the pitch point [m]"
-    )
-
-    def _complete(self) -> None:
-        if (self.play is None) == (self.normal is None) or (self.normal is None) != (self.radius is None):
-            raise ValueError("give either play, or normal with radius")
-        if (self.friction is None) != (self.arm is None):
-            raise ValueError("friction and arm, the distance from the pitch point, belong together")
-        if abs(self.start) > 0.5 * self.width:
-            raise ValueError(f"start is {self.start:g}; it must be within half the play, {0.5 * self.width:g}")
-
-    @property
-    def lever(self) -> float:
-        """Return penetration over the angle beyond the play: 1, or the base radius [m]."""
-        return self.radius or 1.0
-
-    @property
-    def width(self) -> float:
-        """Return the play of the second joint [rad]."""
-        return (self.play or self.normal or 0.0) / self.lever
-
-
-class GearboxBacklash(Backlash):
-    """Backlash of a drive's gearbox: the drive turns the gearbox' output wheel, whose flanks turn the joint.
-
-    The wheel turns about the joint, relative to its parent.
-    """
-
-    inertia: NonNegative = Field(
-        0.0, description="moment of inertia of the wheel; for a torque and on Drake above 0 [kg m2]"
-    )
 
 
 class Drive(FromFile):
@@ -78,6 +25,7 @@ class Drive(FromFile):
     """
 
     of_any_joint = True
+    imperfections = ("backlash",)
     column_keys = ("angle", "speed", "torque", "force")
 
     angle: Finite = Field(0.0, description="joint coordinate at t = 0 [rad]")
@@ -119,6 +67,11 @@ class Drive(FromFile):
         check_history(self.times, values, "angles, torques or forces")
         if column is not None:
             self._fit(column, kind=column if self.prescribed else "value")
+
+    @property
+    def wheel(self) -> float | None:
+        """Return the moment of inertia of the wheel that it turns before the joint [kg m2]; None without one."""
+        return None if self.backlash is None else self.backlash.inertia
 
     @property
     def acts(self) -> bool:

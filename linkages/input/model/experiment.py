@@ -18,73 +18,53 @@ from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, create
 
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief
-from linkages.base.errors import InputError, shortened
-from linkages.elements.machine import KINDS
+from linkages.base.errors import ARGUMENT, COMMAND_LINE, InputError, shortened
+from linkages.elements.controller import Controller
+from linkages.elements.coordinates import Barrier, Coupled, Edge
+from linkages.elements.coupling import Coupling
+from linkages.elements.force import Force
+from linkages.elements.friction import JointFriction
+from linkages.elements.gear import Gear
+from linkages.elements.machine import (
+    KINDS,
+    PUSHING,
+    TABLES,
+    all_elements_of,
+    contacts_by_label,
+    couplings_by_name,
+    functions_of,
+    quantities_of,
+)
+from linkages.elements.motor import Motor
 from linkages.elements.spring import Spring
+from linkages.elements.state import State
+from linkages.elements.stop import Stop
+from linkages.elements.torque import Torque
 from linkages.elements.torsion_spring import TorsionSpring
+from linkages.elements.touch import LineContact
 from linkages.input.files.beams import MATERIAL, SECTIONS
 from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leaves, read_toml, replace_values, validate
 from linkages.input.files.unit_conversion import decimal_comma, read
-from linkages.input.model import load_tables as tables
-from linkages.input.model.drive_tables import Drive, GearboxBacklash
+from linkages.input.functions.definitions import Quantity, constant, inputs_of, names_in
+from linkages.input.functions.recorded_tables import DataTable, FromFile
+from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment_tables import JointModel, RunWindow, SolverTable
-from linkages.input.model.functions import Quantity, constant, inputs_of
 from linkages.input.model.link_tables import LinkModel
-from linkages.input.model.recorded_tables import DataTable, FromFile
-from linkages.input.model.state_tables import Controller, Motor, State
+from linkages.input.model.output_names import (
+    BENDING_QUANTITIES,
+    FORCES_OF_JOINTS,
+    OF_DRIVES,
+    PIN_QUANTITIES,
+    QUANTITIES,
+)
 from linkages.input.model.worn import with_worn
-
-#: Origins of replaced values, shown as their source and in errors: Python, or the command line.
-ARGUMENT, COMMAND_LINE = "argument", "command line"
 
 _Values = Mapping[str, Any]
 _NONE: _Values = MappingProxyType({})
 
 #: The tables of applied loads, in the order in which the loads are packed.
-LOADS = ("forces", "torques", "frictions", "motors")
-#: The other tables of named elements, after the tables of `linkages.elements`.
-OTHERS = ("gears", "couplings", "stops", "contacts")
-
-#: The tables that define quantities for formulas.
-DEFINING = ("states", "motors", "controllers")
-
-#: Outputs of a link or frame, in plane axes, with units.
-QUANTITIES = {
-    "x": "position of the frame's origin along x_P [m]",
-    "y": "position along y_P [m]",
-    "angle": "angle of the frame's x axis [rad]",
-    "vx": "velocity along x_P [m/s]",
-    "vy": "velocity along y_P [m/s]",
-    "omega": "angular velocity [rad/s]",
-    "ax": "acceleration along x_P [m/s2]",
-    "ay": "acceleration along y_P [m/s2]",
-    "alpha": "angular acceleration [rad/s2]",
-    "acceleration": "magnitude of the point's acceleration [m/s2]",
-}
-
-#: Additional outputs of a frame on a flexible link.
-FRAME_BENDING = {
-    "deflection": "distance of a frame from the beam's chord, positive to its left, less the undeformed one [m]"
-}
-
-#: Outputs of a joint's position.
-PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
-PIN_QUANTITIES["x"] = "position of the joint, on its child, along x_P [m]"
-
-#: Outputs of all joints, and of driven ones.
-FORCES_OF_JOINTS, OF_DRIVES = ("fx", "fy", "force", "moment"), ("torque", "rate", "power")
-
-#: Additional outputs of a flexible link.
-LINK_BENDING = {
-    "deflection": "largest magnitude of the distance from the chord between the beam's ends [m]",
-    "deflection_place": "its position from the beam's first end [m]",
-    "bending": "largest magnitude of the bending moment [N m]",
-    "stress": "largest magnitude of the normal stress [Pa]",
-    "stress_place": "its position from the beam's first end [m]",
-    "compression": "largest compressive force, zero in tension [N]",
-}
-BENDING_QUANTITIES = {**FRAME_BENDING, **LINK_BENDING}
+LOADS = PUSHING
 
 
 #: A number in the SI unit of its own kind.
@@ -124,19 +104,19 @@ class Experiment(Brief, Table):
     )
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
-    forces: dict[str, tables.ForceTable] = Field({}, description="applied forces by name")
-    torques: dict[str, tables.Torque] = Field({}, description="applied torques by name")
+    forces: dict[str, Force] = Field({}, description="applied forces by name")
+    torques: dict[str, Torque] = Field({}, description="applied torques by name")
     springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, by name")
     torsion_springs: dict[str, TorsionSpring] = Field({}, description="torsion springs and dampers by name")
-    frictions: dict[str, tables.JointFriction] = Field({}, description="friction in ideal joints, by name")
+    frictions: dict[str, JointFriction] = Field({}, description="friction in ideal joints, by name")
     values: dict[str, Value] = Field({}, description="numbers by name, for formulas; in SI units, or with a unit")
     states: dict[str, State] = Field({}, description="additional states by name, for formulas")
     motors: dict[str, Motor] = Field({}, description="motors that turn revolute joints, by name")
     controllers: dict[str, Controller] = Field({}, description="controllers by name; their outputs are for formulas")
-    gears: dict[str, tables.Gear] = Field({}, description="gears and belts between joints, by name")
-    couplings: dict[str, tables.Coupling] = Field({}, description="couplings of coaxial shafts by name")
-    stops: dict[str, tables.Stop] = Field({}, description="stops of joints by name")
-    contacts: dict[str, tables.LineContact] = Field({}, description="contacts of points with straight lines, by name")
+    gears: dict[str, Gear] = Field({}, description="gears and belts between joints, by name")
+    couplings: dict[str, Coupling] = Field({}, description="couplings of coaxial shafts by name")
+    stops: dict[str, Stop] = Field({}, description="stops of joints by name")
+    contacts: dict[str, LineContact] = Field({}, description="contacts of points with straight lines, by name")
     data: DataTable | None = Field(None, description="measured curves for comparison with computed ones")
     report: Literal["steady", "whole"] = Field(
         "steady",
@@ -157,15 +137,19 @@ class Experiment(Brief, Table):
         """Name the drives that act, see `Drive.acts`."""
         return [name for name, drive in self.drives.items() if drive.acts]
 
+    @property
+    def actuators(self) -> list[str]:
+        """Name what moves the machine: the drives that act, and the motors; each has a torque, or a force."""
+        return [*self.driving, *self.motors]
+
     def _facts(self) -> tuple[str, dict[str, str]]:
         rows = {"experiment": self.source.name, "mechanism": self.mechanism, "duration": f"{self.duration:g} s"}
         rows["drives"] = ", ".join(self.drives) or "none"
         for name, joint in self.joints.items():
             clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
             rows[f"model of {name}"] = f"{joint.model}{clearance}"
-        tables = {"links": self.links} | {
-            name: getattr(self, name) for name in (*LOADS, *self.elements, "values", "states", "controllers", *OTHERS)
-        }
+        named = _in_order("links", "values", *TABLES)
+        tables = {name: getattr(self, name) for name in named}
         rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
         rows["outputs"] = ", ".join(self.outputs) or "none"
         return f"{self.title or self.source.stem}; {self.source.name}, {self.duration:g} s", rows
@@ -230,7 +214,7 @@ class Experiment(Brief, Table):
     @property
     def can_touch(self) -> bool:
         """Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines."""
-        return bool(self.limits or self.contacts) or any(self.joints[name].can_touch for name in self.play)
+        return bool(self.touches) or any(self.joints[name].can_touch for name in self.play)
 
     @property
     def flexible(self) -> tuple[str, ...]:
@@ -239,17 +223,13 @@ class Experiment(Brief, Table):
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each applied load: forces, torques, frictions, motors."""
+        """Return table and name of each applied load beside the elements with kernels: frictions."""
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
 
     @cached_property
     def quantities(self) -> dict[str, Quantity]:
-        """Return states, formulas of motors and controllers, then values, by the names that formulas have for them."""
-        found: dict[str, Quantity] = {}
-        for table in DEFINING:
-            for name, one in getattr(self, table).items():
-                found |= one.quantities(name)
-        return found | {name: constant(name, value) for name, value in self.values.items()}
+        """Return the quantities of elements, then values, by the names that formulas have for them."""
+        return quantities_of(self.elements) | {name: constant(name, value) for name, value in self.values.items()}
 
     @property
     def own_states(self) -> dict[str, Quantity]:
@@ -267,71 +247,75 @@ class Experiment(Brief, Table):
         """Return the additional states that no formula reads, such as a motor's energy: they change nothing else."""
         found = self.quantities
         read = {name for one in found.values() for name in inputs_of(one.definition, found)}
-        read.update(name for load in (*self.forces.values(), *self.torques.values()) for name in load.signals)
-        return self.own_states.keys() - read
+        return self.own_states.keys() - read - self.functions_read
+
+    @property
+    def functions_read(self) -> set[str]:
+        """Return the names that functions of elements read: the time, positions, speeds, quantities."""
+        return {name for _, _, one in functions_of(self.elements) for name in names_in(one)}
 
     @property
     def from_files(self) -> dict[str, FromFile]:
         """Return the drives and loads that take their signal from a data file, by dotted path."""
-        tables = (("drives", self.drives), ("forces", self.forces), ("torques", self.torques))
-        return {f"{kind}.{name}": one for kind, named in tables for name, one in named.items() if one.file is not None}
+        tables = {"drives": self.drives} | self.elements
+        named = {f"{table}.{name}": one for table, found in tables.items() for name, one in found.items()}
+        return {path: one for path, one in named.items() if isinstance(one, FromFile) and one.file is not None}
 
     @property
-    def elements(self) -> dict[str, dict[str, Table]]:
+    def elements(self) -> dict[str, Mapping[str, Table]]:
         """Return the elements of `linkages.elements`, by table and name."""
-        return {kind.table: getattr(self, kind.table) for kind in KINDS}
+        return {
+            kind.table: getattr(self, kind.table) if kind.derived is None else kind.derived(getattr(self, kind.home))
+            for kind in KINDS
+        }
 
     @property
     def named(self) -> tuple[tuple[str, str], ...]:
-        """Return table and name of each named element: loads, gears, couplings, stops, contacts."""
-        tables = *LOADS, *self.elements, *OTHERS
-        return tuple((table, name) for table in tables for name in getattr(self, table))
+        """Return table and name of each part that acts on bodies: elements, gears, couplings, stops, contacts."""
+        tables = (kind.table for kind in KINDS if kind.derived is None and kind.acts)
+        return tuple((table, name) for table in _in_order(*tables) for name in getattr(self, table))
 
     @property
     def acting(self) -> tuple[tuple[str, str], ...]:
-        """Return the named elements, and the gearboxes with backlash as elements of `slack`."""
-        return self.named + tuple(("slack", f"{name}.backlash") for name in self.gearboxes)
+        """Return the named elements, and those that are derived from other tables."""
+        derived = (kind for kind in KINDS if kind.derived is not None)
+        return self.named + tuple((kind.table, name) for kind, name, _ in all_elements_of(self.elements, derived))
 
     @property
-    def meshes(self) -> dict[str, tables.Mesh]:
-        """Return the gears and couplings by name."""
-        return {**self.gears, **self.couplings}
+    def coupled(self) -> dict[str, Coupled]:
+        """Return the joints whose coordinates elements couple, exactly or loosely, by the elements' names."""
+        return couplings_by_name(self.elements)
 
     @property
-    def closed(self) -> dict[str, tables.Mesh]:
-        """Return the gears and couplings without backlash."""
-        return {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is None}
+    def closed(self) -> dict[str, Coupled]:
+        """Return the joints with exactly coupled coordinates."""
+        return {name: one for name, one in self.coupled.items() if one.width is None}
 
     @property
-    def gearboxes(self) -> dict[str, GearboxBacklash]:
-        """Return the backlash of drives' gearboxes, by the driven joint."""
-        return {name: drive.backlash for name, drive in self.drives.items() if drive.backlash is not None}
+    def loose(self) -> dict[str, Coupled]:
+        """Return the joints with coordinates that are coupled within a free travel."""
+        return {name: one for name, one in self.coupled.items() if one.width is not None}
 
     @property
-    def slack(self) -> dict[str, tables.Mesh]:
-        """Return the gears and couplings with backlash; of a drive's gearbox as ``JOINT.backlash``."""
-        found = {name: mesh for name, mesh in self.meshes.items() if mesh.backlash is not None}
-        for name, slack in self.gearboxes.items():
-            found[f"{name}.backlash"] = tables.Coupling(
-                joints=[f"{name}{tables.WHEEL}", name], offset=0.0, carrier=None, mimic=False, backlash=slack
-            )
-        return found
+    def wheels(self) -> dict[str, float]:
+        """Return the moments of inertia of the wheels that drives turn before their joints, by the joint [kg m2]."""
+        return {name: drive.wheel for name, drive in self.drives.items() if drive.wheel is not None}
 
     @property
-    def limits(self) -> dict[str, tables.Limit]:
-        """Return the contacts at limits of coordinates by label: stops, then the flanks of gears with backlash."""
-        found = {name: stop.as_limit for name, stop in self.stops.items()}
-        flanks = {f"{name}.{side}": one for name, mesh in self.slack.items() for side, one in mesh.flanks.items()}
-        return found | flanks
+    def touches(self) -> dict[str, Barrier | Edge]:
+        """Return the contacts of elements, by label."""
+        return contacts_by_label(self.elements)
 
-    def without_backlash(self) -> dict[str, Any]:
-        """Return the tables of gears, couplings and drives without backlash; only those that change."""
-        tables = {table: getattr(self, table) for table in ("gears", "couplings", "drives")}
-        return {
-            table: {name: one.model_dump(exclude_unset=True, exclude={"backlash"}) for name, one in named.items()}
-            for table, named in tables.items()
-            if any(one.backlash is not None for one in named.values())
-        }
+    def perfected(self) -> dict[str, Any]:
+        """Return tables without the keys that the linkage with ideal joints lacks; only those that change."""
+        found: dict[str, dict[str, Table]] = {key: getattr(self, key) for key in ("drives", *TABLES)}
+        return {key: _perfect(named) for key, named in found.items() if any(map(_is_imperfect, named.values()))}
+
+    @property
+    def couplings_alone(self) -> dict[str, Any]:
+        """Return the tables of the elements that couple coordinates, as the linkage with ideal joints has them."""
+        tables = {kind.table for kind, _, keys in all_elements_of(self.elements) if kind.couples(keys) is not None}
+        return {table: _perfect(getattr(self, table)) for table in TABLES if table in tables}
 
     def value(self, path: str) -> float:
         """Return the number at a dotted path; InputError if there is none."""
@@ -372,13 +356,13 @@ class Experiment(Brief, Table):
             "links": {name: {"model": "rigid"} for name in self.links},
             "outputs": [name for name in self.outputs if self._stays(name)],
         }
-        data = self.model_dump(exclude_unset=True) | perfect | self.without_backlash()
+        data = self.model_dump(exclude_unset=True) | perfect | self.perfected()
         return experiment_of(self._source, data, self._sources)
 
     def _stays(self, output: str) -> bool:
         """Check whether the linkage with ideal joints and gears and rigid links has an output."""
         owner, _, quantity = output.rpartition(".")
-        if quantity in BENDING_QUANTITIES or owner == "q" or owner.rpartition(".")[0] in self.slack:
+        if quantity in BENDING_QUANTITIES or owner == "q" or owner.rpartition(".")[0] in self.loose:
             return False
         return owner not in self.play or self.is_of_joint(owner, quantity)
 
@@ -386,6 +370,20 @@ class Experiment(Brief, Table):
         """Check whether a joint has an output without clearance."""
         driven = OF_DRIVES if joint in self.drives else ()
         return quantity in (*PIN_QUANTITIES, *FORCES_OF_JOINTS, *driven)
+
+
+def _in_order(*tables: str) -> list[str]:
+    """Return tables in the order of the experiment's keys."""
+    return sorted(tables, key=list(Experiment.model_fields).index)
+
+
+def _is_imperfect(table: Table) -> bool:
+    return any(getattr(table, key) is not None for key in table.imperfections)
+
+
+def _perfect(named: Mapping[str, Table]) -> dict[str, Any]:
+    """Return the values of tables without the keys that the linkage with ideal joints lacks."""
+    return {name: one.model_dump(exclude_unset=True, exclude={*one.imperfections}) for name, one in named.items()}
 
 
 @cache

@@ -7,11 +7,12 @@ from typing import Annotated, Literal, get_args
 from pydantic import Field, field_validator
 
 from linkages.base.errors import InputError
+from linkages.elements.contact_tables import ContactTable, FrictionTable, check_states
+from linkages.elements.law_tables import LawTable, parameter_field
 from linkages.input.files import fits
 from linkages.input.files.table_keys import OneOf
 from linkages.input.files.toml import Finite, NonNegative, Positive, Table, TwoOf
-from linkages.input.model.law_tables import LawTable, parameter_field
-from linkages.laws import CONTACTS, FILMS, FRICTIONS
+from linkages.laws import FILMS
 from linkages.laws.film.surface.grooves import Groove, check_grooves, no_load
 from linkages.laws.heat import COLDEST, CONDUCTANCE, FRESH, HOTTEST, INLET, SPECIFIC_HEAT, SURROUNDINGS, Heat
 from linkages.laws.viscosity import ISO_VG
@@ -23,7 +24,6 @@ FILM_ACCURACY = 0.003
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # pitch has 2e8 Pa s
-ContactName = Annotated[str, OneOf(CONTACTS)]
 
 
 class SmallEccentricity(Table):
@@ -35,63 +35,6 @@ class SmallEccentricity(Table):
 
     ratio: Fraction = Field(description="eps_0, below which the correction acts [1]")
     power: NonNegative = Field(description="m, 0 to 5 [1]")
-
-
-class ContactTable(LawTable):
-    """Contact of journal and bearing, for dry and mixed joints."""
-
-    law_kind = "contact"
-
-    law: ContactName = Field(description="normal contact law")
-    restitution: Annotated[float, Field(gt=0, le=1)] | None = Field(
-        None, description="nominal coefficient of restitution; every built-in law needs it [1]"
-    )
-    youngs_modulus: Positive | None = Field(None, description="Young's modulus of both bodies [Pa]")
-    poissons_ratio: Annotated[float, Field(ge=0, lt=0.5)] = Field(0.3, description="Poisson's ratio of both [1]")
-    stiffness: Positive | None = Field(
-        None, description="stiffness instead of the law's from material and radii [N/m^n; N/m for cylinders]"
-    )
-    yield_strength: Positive | None = Field(
-        None, description="yield strength of the softer body; contacts that yield give a warning [Pa]"
-    )
-    clip: bool = Field(True, description="whether the damping's speed ratio is clipped to [-1, 1]")
-
-    def _complete(self) -> None:
-        super()._complete()
-        needs = CONTACTS[self.law].needs
-        if "restitution" in needs and self.restitution is None:
-            raise ValueError("restitution is missing (nominal coefficient of restitution [1])")
-        if "stiffness" in needs and self.youngs_modulus is None and self.stiffness is None:
-            raise ValueError("give youngs_modulus or stiffness")
-        if self.yield_strength is not None and self.youngs_modulus is None:
-            raise ValueError("yield_strength needs youngs_modulus, for the pressure [Pa]")
-
-
-class FrictionTable(LawTable):
-    """Friction between journal and bearing, for dry and mixed joints."""
-
-    law_kind = "friction"
-
-    law: Annotated[str, OneOf(FRICTIONS)] = Field(description="friction law")
-    coefficient: NonNegative | None = Field(
-        None, description="dynamic coefficient; every built-in law but none needs it; 0: no friction [1]"
-    )
-    static: NonNegative | None = Field(None, description="static coefficient; default: the dynamic one [1]")
-
-    def _complete(self) -> None:
-        super()._complete()
-        if self.coefficient is None and "coefficient" in FRICTIONS[self.law].needs:
-            raise ValueError(f"{self.law} needs its coefficient [1]")
-        if self.static is not None and self.static < (self.coefficient or 0.0):
-            raise ValueError("static must not be below coefficient")
-        if self.law == "lugre" and self.coefficient == 0.0 and self.static:
-            raise ValueError("lugre with a static coefficient needs a coefficient above 0")
-
-    @property
-    def acts(self) -> bool:
-        """Check whether the friction is nonzero."""
-        law = FRICTIONS[self.law]
-        return law.coefficient is not None and bool(self.coefficient or self.static or "coefficient" not in law.needs)
 
 
 class Mixed(Table):
@@ -310,6 +253,8 @@ class JointModel(LawTable):
         if self.wear is not None and self.model == "lubricated":
             raise ValueError("wear needs a contact; make the model dry or mixed")
         asperities = self.mixed is not None and self.mixed.law == "greenwood-tripp"
+        if self.can_touch:
+            check_states(self.contact, self.friction)
         if self.model == "mixed" and asperities and self.contact and self.contact.youngs_modulus is None:
             raise ValueError("greenwood-tripp needs the contact's youngs_modulus")
 
@@ -407,7 +352,7 @@ class SolverTable(Table):
 
     integrator: Method | None = Field(
         None,
-        description="integration method; default with films or bristles radau_iia_5 (Drake: radau3), else"
+        description="integration method; default with films or states of laws radau_iia_5 (Drake: radau3), else"
         " dormand_prince_5_4 (Drake: runge_kutta5)",
     )
     accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")

@@ -20,9 +20,10 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.input.files.raw_model import LinkBeam
 from linkages.input.model.beam_interfaces import distinct, interfaces, parts
-from linkages.input.model.experiment import BENDING_QUANTITIES, Experiment, experiment_of
+from linkages.input.model.experiment import Experiment, experiment_of
 from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Joint, Link, Mechanism
+from linkages.input.model.output_names import BENDING_QUANTITIES
 
 #: Separator of link name and hinge number in the name of a hinge.
 HINGE = "/hinge"

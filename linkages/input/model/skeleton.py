@@ -8,11 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.base.palette import INK, link_color
 from linkages.input.model.mechanism import Link, Mechanism
 
-#: Colours of links in their order: Okabe and Ito's palette, distinct to colour-blind readers, and two more.
-COLORS = ("#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#8B6F47", "#6A51A3")
-OTHER = "#1A1A1A"  # not of a moving link
+OTHER = INK  # not of a moving link
 _SAME = 1e-6  # relative to the linkage's size: closer places coincide, closer points lie on a line
 
 
@@ -23,7 +22,7 @@ class Skeleton:
     places: Array  # (n, 2) distinct joints and frames in the reference pose, plane axes [m]; else the mass centre
     bars: tuple[tuple[int, int], ...]  # pairs of joined places; empty for a single place
     plate: tuple[int, ...]  # corners of the places' convex hull, counter-clockwise; empty if they lie on a line
-    color: str  # ``#rrggbb``: the link's own, else one of `COLORS`
+    color: str  # ``#rrggbb``: the link's own, else one of `linkages.base.palette.LINKS`
 
 
 def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
@@ -50,9 +49,29 @@ def color_of(mechanism: Mechanism, name: str) -> str:
     link = mechanism.place[name].link if name in mechanism.place else name
     if link not in mechanism.link:
         return OTHER
-    # segments have their link's colour
-    families = list(dict.fromkeys(other.partition("/")[0] for other in mechanism.link))
-    return mechanism.link[link].color or COLORS[families.index(link.partition("/")[0]) % len(COLORS)]
+    return mechanism.link[link].color or _chosen(mechanism)[_family(link)]
+
+
+def _chosen(mechanism: Mechanism) -> dict[str, str]:
+    """Choose the colours of all links so that those of links that touch differ; segments have their link's."""
+    found = {_family(link.name): link.color for link in mechanism.links if link.color}
+    families = list(dict.fromkeys(map(_family, mechanism.link)))
+    pairs = [{_family(joint.parent), _family(joint.child)} for joint in mechanism.joints]
+    for order, name in enumerate(families):
+        near = {other for pair in pairs if name in pair for other in pair - {name}}
+        if name not in found:
+            found[name] = link_color(order, [found[other] for other in near if other in found])
+    return found
+
+
+def _family(link: str) -> str:
+    """Return the name of the link to which a segment belongs."""
+    return link.partition("/")[0]
+
+
+def colors_of(mechanism: Mechanism) -> dict[str, str]:
+    """Return `color_of` of everything with a position, by name."""
+    return {name: color_of(mechanism, name) for name in mechanism.place}
 
 
 def _places(mechanism: Mechanism, link: Link, same: float) -> Array:

@@ -17,8 +17,11 @@ joint
 F
     Normal force [N]; a negative one is set to zero by the caller (a contact does not pull).
 
-All but Kelvin-Voigt have the form F = F_e(delta)*(1 + chi*ddelta/ddelta0), with a hysteresis factor chi(e) that
-depends on the nominal coefficient of restitution e alone. Their *effective* restitution e' depends on chi alone,
+A law with states (`linkages.laws.states`) is ``force(delta, ddelta, ddelta0, ..., joint) -> F, ...``: it takes their
+values, and returns their rates. Without contact it is called with delta = ddelta = 0, for the rates alone.
+
+All but Kelvin-Voigt and Maxwell have the form F = F_e(delta)*(1 + chi*ddelta/ddelta0), with a hysteresis factor chi(e)
+that depends on the nominal coefficient of restitution e alone. Their *effective* restitution e' depends on chi alone,
 whatever stiffness, exponent, mass and speed (divide m*v*dv = -F*d(delta) by 1 + chi*v/ddelta0 and integrate over the
 impact):
 

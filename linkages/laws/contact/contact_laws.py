@@ -24,6 +24,16 @@ from linkages.laws.contact.contact_forces import (
 )
 from linkages.laws.contact.material import cylinder_stiffness, hertz_stiffness, line_shape, line_stiffness, modulus_of
 from linkages.laws.parameters import Parameter, named_record, set_parameters
+from linkages.laws.states import (
+    NEW,
+    STATES,
+    WITH_RATES,
+    Remembered,
+    State,
+    call_with_states,
+    contact_with_states,
+    set_scales,
+)
 
 #: Smallest restitution that a law with 1/e uses.
 LEAST_RESTITUTION = 1e-3
@@ -37,7 +47,7 @@ _call = caller(_F)
 class ContactLaw(NamedTuple):
     """A contact law: force, formula, validity, source."""
 
-    force: Callable[..., float]
+    force: Callable[..., float | tuple[float, ...]]  # with states also their rates
     formula: str
     valid: str
     source: str
@@ -47,11 +57,16 @@ class ContactLaw(NamedTuple):
     linear: bool = False  # stiffness of parallel cylinders; otherwise Hertz's
     parameters: tuple[Parameter, ...] = ()  # at most `SLOTS`
     needs: tuple[str, ...] = ("restitution", "stiffness")  # keys of `NEEDS`
+    states: tuple[State, ...] = ()
 
     @property
     def address(self) -> int:
-        """Address of the compiled force in this process."""
-        return address(self.force, _F(_F, _F, _F, named_record("contact", self.parameters, self.needs)))
+        """Address of the compiled force in this process, with states the one of `contact_with_states`."""
+        record = named_record("contact", self.parameters, self.needs)
+        if not self.states:
+            return address(self.force, _F(_F, _F, _F, record))
+        made = contact_with_states(self.force, len(self.states))
+        return address(made, WITH_RATES(_F, _F, _F, *STATES * [_F], record))
 
     def fill(self, record: Any, values: Mapping[str, Any]) -> None:
         """Write the law into a record that holds the geometry of its contact.
@@ -65,6 +80,7 @@ class ContactLaw(NamedTuple):
         """
         record["contact"], record["damping_limit"] = self.address, CLIP if values.get("clip", True) else np.inf
         set_parameters(record, "contact", self.parameters, values)
+        set_scales(record, "contact", self.states, values)
         if values.get("restitution") is not None:
             record["restitution"], record["hysteresis"] = values["restitution"], self.factor(values["restitution"])
         bearing, length = float(record["radius"]), float(record["length"])
@@ -87,6 +103,29 @@ class ContactLaw(NamedTuple):
 EXPONENT = Parameter("exponent", "1", 1.5, "exponent n of power laws", ge=1.0, le=3.0, source="1.5: Hertz's theory")
 #: Parameter of `kelvin_voigt`.
 DAMPING = Parameter("damping", "N s/m", 0.0, "damping D", ge=0.0, source="0: none")
+
+
+MAXWELL = (
+    EXPONENT,
+    Parameter(
+        "branch_stiffness", "N/m", 0.0, "stiffness of a spring in series with a damper", ge=0.0, source="0: none"
+    ),
+    Parameter(
+        "relaxation", "s", 1e-4, "relaxation time, damping over stiffness of the branch", gt=0.0, source="assumed"
+    ),
+)
+
+
+@kernel
+def maxwell(delta: float, ddelta: float, ddelta0: float, creep: float, joint: np.record) -> tuple[float, float]:
+    """K*delta^n beside a spring and a damper in series, K_1*(delta - z), whose damper has the length z.
+
+    A fast impact meets both springs, a slow one the first alone; between them the branch dissipates. Without contact
+    the damper returns to its length. Source: the standard linear solid, Zener, Elasticity and Anelasticity of Metals,
+    1948.
+    """
+    rate = (delta - creep) / joint.relaxation
+    return joint.stiffness * delta**joint.exponent + joint.branch_stiffness * (delta - creep), rate
 
 
 def _damped(chi: str, factor: Callable[[float], float], valid: str, source: str) -> ContactLaw:
@@ -146,6 +185,11 @@ CONTACTS = {
         "3(1-e)/(2e)", lambda e: 1.5 * (1.0 - e) / max(e, LEAST_RESTITUTION),
         "any e", "Hu and Guo, Multibody Syst. Dyn. 35, 2015",
     ),
+    "maxwell": ContactLaw(
+        maxwell, "K delta^n + K_1 (delta - z), dz/dt = (delta - z)/T",
+        "viscoelastic bodies; one state per contact", "Zener, Elasticity and Anelasticity of Metals, 1948",
+        parameters=MAXWELL, needs=("stiffness",), states=(State("creep", "m", 1e-4, "length of the damper"),),
+    ),
     "esdu-78035": _conformal(esdu_78035, "delta = F/S (ln(4 S DR/F) + 1), S = pi E' L", "ESDU 78035, 1978"),
     "johnson": _conformal(
         johnson, "delta = F/S (ln(4 S DR/F) - 1), S = pi E' L", "Johnson, Contact Mechanics, 1985",
@@ -157,35 +201,64 @@ CONTACTS = {
 }  # fmt: skip
 
 
-@kernel
-def contact_force(delta: float, ddelta: float, ddelta0: float, joint: np.record) -> float:
-    """Evaluate the contact law of a joint [N]: zero without penetration, and never negative.
+@inlined_kernel
+def normal_force(
+    delta: float, ddelta: float, remembered: Remembered, joint: np.record
+) -> tuple[float, float, float, float]:
+    """Evaluate the contact law of a joint: its force [N], which is zero without penetration and never negative; rates.
 
     Parameters
     ----------
-    delta, ddelta, ddelta0 : float
-        Penetration [m], its rate, and the speed at which the contact began [m/s].
+    delta, ddelta : float
+        Penetration [m] and its rate. Without penetration a law with states has none, and no rate of it.
+    remembered : tuple
+        What the contact remembers.
     joint : record of `linkages.laws.PARAMETERS`
     """
-    if delta <= 0.0:
-        return 0.0
-    return max(unlimited_force(delta, ddelta, ddelta0, joint), 0.0)
-
-
-@inlined_kernel
-def unlimited_force(delta: float, ddelta: float, ddelta0: float, joint: np.record) -> float:
-    """Evaluate the contact law of a joint at a positive penetration [N]; negative where the damping would pull.
-
-    Arguments as of `contact_force`.
-    """
-    return _call(joint.contact, (delta, ddelta, max(ddelta0, GRAZING), joint))
+    touches = delta > 0.0
+    if not touches and joint.contact_states == 0:
+        return 0.0, 0.0, 0.0, 0.0
+    force, a, b, c = unlimited_force(delta if touches else 0.0, ddelta if touches else 0.0, remembered, joint)
+    return (max(force, 0.0) if touches else 0.0), a, b, c
 
 
 @kernel
-def push(delta: float, ddelta: float, ddelta0: float, joint: np.record) -> float:
+def contact_force(delta: float, ddelta: float, ddelta0: float, joint: np.record) -> float:
+    """Evaluate the contact law of a joint, with states that are zero [N].
+
+    Arguments as of `normal_force`, and the speed at which the contact began [m/s].
+    """
+    _, a, b, c = NEW
+    force, _, _, _ = normal_force(delta, ddelta, (ddelta0, a, b, c), joint)
+    return force
+
+
+@inlined_kernel
+def reference_speed(remembered: Remembered) -> float:
+    """Return the speed at which a contact began, at least `GRAZING` [m/s]; infinite: it has no damping."""
+    return max(remembered[0], GRAZING)
+
+
+@inlined_kernel
+def unlimited_force(
+    delta: float, ddelta: float, remembered: Remembered, joint: np.record
+) -> tuple[float, float, float, float]:
+    """Evaluate the contact law of a joint at a penetration [N]; negative where the damping would pull.
+
+    Arguments and results as of `normal_force`.
+    """
+    _, a, b, c = remembered
+    began = reference_speed(remembered)
+    if joint.contact_states:
+        return call_with_states(joint.contact, (delta, ddelta, began, a, b, c, joint))
+    return _call(joint.contact, (delta, ddelta, began, joint)), 0.0, 0.0, 0.0
+
+
+@kernel
+def push(delta: float, ddelta: float, remembered: Remembered, joint: np.record) -> float:
     """Compute how far the contact is from losing its force while the bodies still overlap.
 
-    Arguments as of `contact_force`.
+    Arguments as of `normal_force`.
 
     Returns
     -------
@@ -194,6 +267,7 @@ def push(delta: float, ddelta: float, ddelta0: float, joint: np.record) -> float
         less counts as a very small one, so that the value is defined up to the parting.
     """
     depth = max(delta, _SHALLOW * joint.clearance)
-    force, elastic = unlimited_force(depth, ddelta, ddelta0, joint), unlimited_force(depth, 0.0, ddelta0, joint)
+    force, _, _, _ = unlimited_force(depth, ddelta, remembered, joint)
+    elastic, _, _, _ = unlimited_force(depth, 0.0, remembered, joint)
     size = abs(force) + abs(elastic)
     return force / size if size > 0.0 else 1.0

@@ -224,8 +224,8 @@ def supply_of(joint: np.record) -> float:
 def history_force(
     joint: np.record, table: Array, oil: Array, ex: float, ey: float, vx: float, vy: float, omega_b: float,
     omega_j: float, angle: float,
-) -> tuple[float, float, float, float, float, float, float, float, float, float]:  # fmt: skip
-    """Compute the results of `linkages.laws.journal.clearance_force`, then film content and flow [m3/s].
+) -> tuple[float, float, float, float, float, float, float, float]:  # fmt: skip
+    """Compute the force (2) and couple on the journal, penetration, its rate, sliding speed, film content, flow [m3/s].
 
     The couple is the one of `linkages.laws.journal.film_action`.
     """
@@ -240,4 +240,4 @@ def history_force(
     if joint.shear != _NO_SHEAR:
         couple = -joint.clearance * scale * shear * spin - 0.5 * (ex * fy - ey * fx)
     content, flow = mean_content(table, oil, x, y), joint.clearance * joint.radius**2 * flow
-    return fx, fy, couple, 0.0, e - joint.clearance, v_n, sliding, 0.0, content, flow
+    return fx, fy, couple, e - joint.clearance, v_n, sliding, content, flow

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
+from typing import get_args
 
 import numpy as np
 from numba import types
 
 from linkages.base.kernel import Array, address, caller, kernel
 from linkages.base.kernel.dual import room
-from linkages.laws.journal import dry_force, film_action
+from linkages.laws.journal import ContactResults, dry_force, film_action
 from linkages.laws.journal_motion import polar
 from linkages.laws.mixed import asperity_force, joined
 from linkages.laws.parameters import MODELS, RECORD
+from linkages.laws.states import REMEMBERED
 from linkages.laws.wear.overlap import Place, overlap, round_depth
 from linkages.laws.wear.profile import depth_at
 
 _DRY = MODELS["dry"]
-_RESULT = types.UniTuple(types.float64, 8)
-_SIGNATURE = _RESULT(RECORD, types.float64[::1], *10 * (types.float64,))
+_RESULT = types.UniTuple(types.float64, len(get_args(ContactResults)))
+_SIGNATURE = _RESULT(RECORD, types.float64[::1], *(8 + REMEMBERED) * (types.float64,))
 
 #: ``call_worn(law.worn, (law, ...))`` with the arguments of `worn_force`: round joints do without compiling it.
 call_worn = caller(_RESULT)
@@ -61,18 +63,22 @@ def worn_force(
     omega_j: float,
     bearing_angle: float,
     journal_angle: float,
-    approach: float,
-    bristle: float,
-) -> tuple[float, float, float, float, float, float, float, float]:
+    latched: float,
+    first: float,
+    second: float,
+    third: float,
+) -> ContactResults:
     """Force and couple on the journal, with the angles of the parts' frames.
 
     The normal load acts along I = grad U; the journal's profile gives its moment on the journal. Friction acts across I
     at the journal's surface. A film is evaluated at the clearance plus the depth of both profiles in the direction of
     the eccentricity: its smallest gap is correct, the effect of the profile's shape on the pressure is neglected.
 
+    The last four arguments are what the contact remembers, see `linkages.laws.states`.
+
     Returns
     -------
-    fx, fy, couple, rate, penetration, closing, sliding, load : float
+    fx, fy, couple, rates (3), penetration, closing, sliding, load : float
         As `linkages.laws.journal.clearance_force`.
     """
     place = place_of(law, table, ex, ey, bearing_angle, journal_angle)
@@ -102,7 +108,8 @@ def worn_force(
         fx, fy = f_n * rx - f_t * ry, f_n * ry + f_t * rx
         if law.transition == 0.0:
             extra = asperity_force(e / c, c, law.radius, law.length, law.roughness, law.asperity_pressure)
-    load, drag, rate = dry_force(law, depth, speed, sliding, approach, bristle, extra, gain)
+    remembered = latched, first, second, third
+    load, drag, one, two, three = dry_force(law, depth, speed, sliding, remembered, extra, gain)
     dry = -load * nx + drag * ny, -load * ny - drag * nx, -load * lever - place.journal_radius * drag
     fx, fy, couple, load = joined(law, (fx, fy, couple), dry, found.peak, load)
-    return fx, fy, couple, rate, found.peak, closing, sliding, load
+    return fx, fy, couple, one, two, three, found.peak, closing, sliding, load

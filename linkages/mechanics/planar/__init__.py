@@ -21,12 +21,14 @@
 | loop_dynamics       | forward dynamics with the reactions of cut ideal joints; projection onto closed loops  |
 | singularities       | forward dynamics near singularities; forces of drives and loops for a simulator        |
 | contacts            | clearance joints: from body states to force pairs, by the laws                         |
+| contact_memory      | what contacts remember: latched states, states of laws, cells of films                 |
 | contact_partials    | partial derivatives of a contact's force                                               |
-| loads               | applied forces, torques and springs: wrenches                                          |
+| functions           | values of formulas and tables at a state of the motion                                 |
+| loads               | frictions in ideal joints: wrenches; additional states                                |
 | closure             | Newton's method on the closure rows; consistent rates; the ideal linkage near a run    |
 | beams               | internal forces, stress and deflection of flexible links                               |
 | reactions           | forces in all joints, efforts of all drives                                            |
-| joint_friction      | friction in ideal joints from the forces in them                                       |
+| reactive_loads      | loads that depend on the forces in joints, as friction does                            |
 
 Arguments have the same names everywhere:
 

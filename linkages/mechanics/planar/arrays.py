@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from linkages.base.kernel import Array, Indices, Records, inlined_kernel
 from linkages.mechanics.planar.bodies import Bodies
 from linkages.mechanics.planar.elimination import Elimination
+from linkages.mechanics.planar.functions import Functions
 
 
 class Arrays(NamedTuple):
@@ -22,7 +23,7 @@ class Arrays(NamedTuple):
     tables: Array  # maps of finite films, profiles; see `linkages.mechanics.planar.contacts.clearance_wrenches`
     limits: Array  # largest eccentricity ratio of contacts that have only a film; infinite for others, (nc,)
     touching: Indices  # 1 where the contact can touch, (nc,)
-    bristles: Indices  # contacts with LuGre friction
+    law_states: Indices  # continuous states of the contacts' laws: contact, place among its states, (ns, 2)
     free: Indices  # coordinates that are free, powered ones too
     driven: Indices  # coordinates that are prescribed
     powered: Indices  # coordinates with an applied torque
@@ -35,7 +36,7 @@ class Arrays(NamedTuple):
     torque_c: Array
     torque_n: Indices
     loads: Records  # applied loads; see `linkages.mechanics.planar.loads`
-    signals: Records  # positions and speeds on which the loads depend
+    signals: Records  # positions and speeds on which functions of elements, loads and states depend
     states: Records  # additional states
     load_t: Array
     load_c: Array
@@ -52,6 +53,12 @@ class Arrays(NamedTuple):
 def loads_of(model: Arrays) -> tuple[Records, Records, Records, Array, Array, Indices]:
     """Return what `linkages.mechanics.planar.loads` reads."""
     return model.loads, model.signals, model.states, model.load_t, model.load_c, model.load_n
+
+
+@inlined_kernel
+def functions_of(model: Arrays) -> Functions:
+    """Return the functions on which elements, loads and states depend."""
+    return model.signals, model.states, model.load_t, model.load_c, model.load_n
 
 
 def size_of(model: Arrays) -> int:

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.base.kernel.dual import DIRECTIONS, is_known, put_slopes, seeded, with_number
-from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.contact.contact_laws import push
-from linkages.mechanics.planar import contacts
-from linkages.mechanics.planar.contacts import APPROACH, BRISTLE, ContactMotion, contact_action, remembered_action
-from linkages.mechanics.planar.record_types import CORNER, JOURNAL, ORIENTED, REMEMBERING, STOP, WORN
+from linkages.base.kernel.dual import DIRECTIONS, is_known, put_slopes, seeded
+from linkages.laws.contact.contact_laws import push, reference_speed
+from linkages.laws.journal import ContactResults
+from linkages.laws.states import STATES, Remembered, remembered_of
+from linkages.mechanics.planar.contacts import (
+    FIRST_RATE,
+    RESULTS,
+    ContactMotion,
+    contact_action,
+    has_cells,
+    remembered_action,
+)
+from linkages.mechanics.planar.record_types import CORNER, JOURNAL, STOP, WORN
 
 #: Inputs: the motion, that is e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles
-#: (2); bristle state.
-INPUTS = 9
+#: (2); then the states of the contact.
+MOTION = len(get_args(ContactMotion))
+INPUTS = MOTION + STATES
 GAP, SPEED = 0, 2  #: two of them, which scale differences
-#: Outputs: force on the inner body, couple on it, rate of the bristles.
-FORCE_X, FORCE_Y, COUPLE, BRISTLE_RATE = range(4)
-OUTPUTS = 4
+#: Number of results that act on something: force on the inner body, couple on it, rates of the states.
+OUTPUTS = FIRST_RATE + STATES
 
 STEP = 6e-6  #: in parts of an input's scale: the cube root of the rounding error minimises the error of the differences
 AWAY = 3.0 * STEP  #: distance of differences from bounds, in parts of the scale of speeds
@@ -31,14 +38,7 @@ CENTRE = 1e-12  #: distance from the centre at which a centred contact is differ
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
 
 PARTIALS = 2 * DIRECTIONS  #: columns of partial derivatives: `INPUTS`, and zeros
-#: Results of `contact_action`: the outputs, penetration, its rate, sliding speed, load.
-RESULTS = 8
-DELTA, CLOSES, SLIDING = 4, 5, 6
-#: Their places in `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS`.
-RESULT_PLACES = (
-    contacts.FX, contacts.FY, contacts.COUPLE, contacts.BRISTLE_RATE,
-    contacts.PENETRATION, contacts.CLOSING, contacts.SLIDING, contacts.LOAD,
-)  # fmt: skip
+DELTA, CLOSES, SLIDING = range(OUTPUTS, OUTPUTS + 3)  #: penetration, its rate, sliding speed among the results
 #: Bounds within which a contact's force is smooth: ratio of the closing speed to the approach speed, sliding speed,
 #: penetration, the law's force before its limit at zero.
 RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, PUSH_FROM, PUSH_TO = range(8)
@@ -65,13 +65,14 @@ def input_scales(end: np.record, law: np.record, motion: ContactMotion, out: Arr
     if end.kind == STOP:
         turn = gap / end.lever
     out[0], out[1], out[2], out[3], out[4], out[5] = gap, gap, speed, speed, spin, spin
-    out[6], out[7], out[8] = turn, turn, law.bristle_scale
+    out[6], out[7] = turn, turn
+    out[MOTION], out[MOTION + 1], out[MOTION + 2] = law.scale_0, law.scale_1, law.scale_2
 
 
 @kernel
 def _action_along(
     end: np.record, law: np.record, table: Array, memory: Array, motion: ContactMotion, change: Array, h: float
-) -> tuple[float, float, float, float, float, float, float, float]:
+) -> ContactResults:
     """Compute the results of a contact at h times a change (INPUTS,) of its inputs."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     moved = (
@@ -84,11 +85,10 @@ def _action_along(
         nx + h * change[6],
         ny + h * change[7],
     )
-    bristle = memory[BRISTLE] + h * change[INPUTS - 1]
-    fx, fy, couple, rate, delta, closing, sliding, load, _, _ = remembered_action(
-        end, law, table, memory, bristle, moved
-    )
-    return fx, fy, couple, rate, delta, closing, sliding, load
+    latched, a, b, c = remembered_of(memory)
+    states = a + h * change[MOTION], b + h * change[MOTION + 1], c + h * change[MOTION + 2]
+    found, _, _ = remembered_action(end, law, table, memory, (latched, states[0], states[1], states[2]), moved)
+    return found
 
 
 def no_bounds() -> Array:
@@ -109,29 +109,29 @@ def is_bounded(bounds: Array) -> bool:
 
 @lazy_kernel
 def inside(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, bounds: Array,
+    end: np.record, law: np.record, table: Array, remembered: Remembered, motion: ContactMotion, bounds: Array,
     margin: float,
 ) -> ContactMotion:  # fmt: skip
     """Move a motion a little, to where its penetration and speeds are within the bounds: the law is smooth there.
 
     Steps end at kinks, and just beyond the start or the end of a contact. The penetration becomes at least `LEAST` in
-    magnitude: at zero a force or the rate of the bristles may jump.
+    magnitude: at zero a force or the rate of a state may jump.
 
     Parameters
     ----------
     margin : float
         Distance of the speeds from the bounds [m/s], in addition to a share of each, above their rounding.
     """
-    found = contact_action(end, law, table, approach, bristle, motion)
-    delta, closing, sliding, began = found[DELTA], found[CLOSES], found[SLIDING], max(approach, GRAZING)
+    found = contact_action(end, law, table, remembered, motion)
+    delta, closing, sliding, began = found[DELTA], found[CLOSES], found[SLIDING], reference_speed(remembered)
     depth = _within(delta, bounds, DEPTH_FROM, 0.0, LEAST * law.clearance)
     slide = _within(sliding, bounds, SLIDING_FROM, _SHARE, _STILL + margin)
     close = closing
     if began < math.inf:
         close = began * _within(closing / began, bounds, RATIO_FROM, _SHARE, margin / began)
     if bounds[PUSH_FROM] > -math.inf or bounds[PUSH_TO] < math.inf:
-        here, small = push(depth, close, approach, law), 1e-4 * abs(close)
-        rise = push(depth, close + small, approach, law) - here
+        here, small = push(depth, close, remembered, law), 1e-4 * abs(close)
+        rise = push(depth, close + small, remembered, law) - here
         away = margin * abs(rise) / small if small > 0.0 else 0.0
         wanted = _within(here, bounds, PUSH_FROM, 0.0, _PUSHING + away)
         if wanted != here and rise > 0.0:
@@ -177,7 +177,7 @@ def _shifted(end: np.record, motion: ContactMotion, depth: float, closing: float
 
 @inlined_kernel
 def _is_journal(end: np.record) -> bool:
-    return bool(end.kind == JOURNAL or end.kind == ORIENTED or end.kind == REMEMBERING)
+    return bool(end.kind != CORNER and end.kind != STOP and end.kind != WORN)
 
 
 @inlined_kernel
@@ -193,6 +193,12 @@ def _fill_own_turn(end: np.record, motion: ContactMotion, out: Array) -> None:
 
 
 @inlined_kernel
+def has_states(law: np.record) -> bool:
+    """Whether the laws of a contact have states."""
+    return bool(law.contact_states + law.friction_states > 0)
+
+
+@inlined_kernel
 def _counts(end: np.record, law: np.record, i: int) -> bool:
     """Whether differences with respect to input i are needed."""
     if i == 5:
@@ -201,7 +207,7 @@ def _counts(end: np.record, law: np.record, i: int) -> bool:
         return bool(end.kind != JOURNAL)
     if i == 7:
         return bool(end.kind == CORNER or end.kind == STOP or end.kind == WORN)
-    return i != 8 or law.bristle_scale != 0.0
+    return i < MOTION or has_states(law)
 
 
 @kernel
@@ -212,32 +218,33 @@ def contact_partials(
 
     They are exact; differences for a law that remembers, and for one of a user that does not compile for dual numbers.
     """
-    approach, bristle, held, known = memory[APPROACH], memory[BRISTLE], motion, False
-    if end.kind != REMEMBERING:
+    remembered, held, known = remembered_of(memory), motion, False
+    if not has_cells(end):
         if is_bounded(bounds):
-            held = inside(end, law, table, approach, bristle, motion, bounds, 0.0)
-        known = _fill_along(end, law, table, approach, bristle, held, 0, out)
-        if known and law.bristle_scale != 0.0:
-            known = _fill_along(end, law, table, approach, bristle, held, DIRECTIONS, out)
+            held = inside(end, law, table, remembered, motion, bounds, 0.0)
+        known = _fill_along(end, law, table, remembered, held, 0, out)
+        if known and has_states(law):
+            known = _fill_along(end, law, table, remembered, held, DIRECTIONS, out)
     if not known:
         difference_partials(end, law, table, memory, motion, bounds, out)
 
 
 @inlined_kernel
-def along(partials: Array, motion: ContactMotion, bristle: float, value: float) -> Any:
-    """Return a result of a contact as a dual number, from its value and its partial derivatives (PARTIALS,)."""
+def along(partials: Array, motion: ContactMotion) -> Any:
+    """Return the change of a contact's result with its motion as a dual number, from partial derivatives (PARTIALS,).
+
+    The changes with the states are not among it, nor is the result itself.
+    """
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     p = partials
-    total = p[0] * ex + p[1] * ey + p[2] * vx + p[3] * vy + p[4] * wb + p[5] * wj + p[6] * nx + p[7] * ny
-    return with_number(total + p[8] * bristle, value)
+    return p[0] * ex + p[1] * ey + p[2] * vx + p[3] * vy + p[4] * wb + p[5] * wj + p[6] * nx + p[7] * ny
 
 
 @kernel
 def _fill_along(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: ContactMotion, first: int,
-    out: Array,
+    end: np.record, law: np.record, table: Array, remembered: Remembered, motion: ContactMotion, first: int, out: Array,
 ) -> bool:  # fmt: skip
-    """Fill columns of the exact derivatives: of the motion, or from the bristle state on; False if they are unknown."""
+    """Fill columns of the exact derivatives: of the motion, or from the states on; False if they are unknown."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     if ex == 0.0 and ey == 0.0:
         ex = CENTRE
@@ -245,8 +252,10 @@ def _fill_along(
         seeded(ex, -first), seeded(ey, 1 - first), seeded(vx, 2 - first), seeded(vy, 3 - first),
         seeded(wb, 4 - first), seeded(wj, 5 - first), seeded(nx, 6 - first), seeded(ny, 7 - first),
     )  # fmt: skip
-    z = seeded(bristle, INPUTS - 1 - first)
-    found = contact_action(end, law, table, seeded(approach, -1), z, along)
+    latched, a, b, c = remembered
+    place = MOTION - first
+    states = seeded(latched, -1), seeded(a, place), seeded(b, place + 1), seeded(c, place + 2)
+    found = contact_action(end, law, table, states, along)
     total = 0.0
     for k in range(RESULTS):
         put_slopes(out, k, first, found[k])
@@ -264,10 +273,10 @@ def difference_partials(
     1.4e-7). Forward differences take half as many evaluations and are accurate to 1e-6, more than Newton's method
     needs: for laws that remember, which are differentiated for it alone, of journals that cannot touch.
     """
-    scales, change, both = np.zeros(INPUTS), np.zeros(INPUTS), end.kind != REMEMBERING
+    scales, change, both = np.zeros(INPUTS), np.zeros(INPUTS), not has_cells(end)
     input_scales(end, law, motion, scales)
     if is_bounded(bounds):
-        motion = inside(end, law, table, memory[APPROACH], memory[BRISTLE], motion, bounds, AWAY * scales[SPEED])
+        motion = inside(end, law, table, remembered_of(memory), motion, bounds, AWAY * scales[SPEED])
     here = _action_along(end, law, table, memory, motion, change, 0.0)
     out[:] = 0.0
     for i in range(INPUTS):

@@ -81,9 +81,6 @@ ENDS = record_type(
     row=ROW,
 )
 
-#: Kinds of applied load. A quantity is a function of time, signals and states, without a force.
-FORCE, PUSH, QUANTITY = 0, 1, 2
-
 #: A position or speed that a load depends on: ``scale`` times a term's value less ``offset``, or times its rate.
 SIGNAL = record_type(
     term=TERM,
@@ -127,17 +124,11 @@ STATION = record_type(
 #: times the abscissa; both shapes at the station.
 STATION_MODE = record_type(mass_a="f8", mass_b="f8", first_a="f8", first_b="f8", a="f8", b="f8")
 
-#: One applied load. A force acts at marker a. A push, such as a torque, acts along a term, on its second body and
-#: against the first. Their values are the functions ``motion`` (and ``motion + 1``, a force's second component).
+#: One friction in an ideal joint. It acts along a term, on its second body and against the first.
 LOAD = record_type(
-    kind="i8",
-    a=MARKER,
     motion="i8",  # index of the value's function
-    turns="i8",  # force: 1 if given in the axes of a frame on the body, 0 if in plane axes
-    ux="f8",  # force: x axis of that frame
-    uy="f8",
     sign="f8",  # change of the joint's coordinate, or of the angle, over the change of the term: 1 or -1
-    term=TERM,  # push
+    term=TERM,
     joint="i8",  # friction that depends on a joint force: index of the joint; else -1
     share="i8",  # its function: torque or force per joint force
     leverage="f8",  # prismatic: joint force per moment, 2 over the length of the slider [1/m]

@@ -4,8 +4,9 @@
 |-----------------|----------------------------------------------------------------|
 | quantity        | an output: quantity, formula, record, snapshot                 |
 | bodies          | motion of points; coordinates; flexible links; energies        |
-| contacts        | clearance joints, guides, stops, points at lines               |
-| joints          | forces in joints, drives, loads, gears                         |
+| contacts        | clearance joints, guides, contacts of elements                 |
+| joints          | forces in joints, drives, loads                                |
+| elements        | the outputs that elements declare                              |
 | states          | additional states, motors, controllers                   |
 | registry        | outputs of a system by name, their units, the record of each   |
 | evaluation      | all outputs at states, in compiled code                        |

@@ -7,12 +7,12 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from linkages.input.model.experiment import FRAME_BENDING, LINK_BENDING, PIN_QUANTITIES, QUANTITIES
+from linkages.input.model.output_names import FRAME_BENDING, LINK_BENDING, PIN_QUANTITIES, QUANTITIES
 from linkages.mechanics.planar.beams import beam_state, deflection, largest_deflection
 from linkages.mechanics.planar.flexible_dynamics import flexible_energy
 from linkages.mechanics.planar.loads import ENERGY
 from linkages.mechanics.planar.markers import arm, marker_acceleration, marker_velocity, turned
-from linkages.results.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities
+from linkages.results.outputs.quantity import Declaration, OutputPlace, Owner, Snapshot, formula, quantities
 from linkages.system import System
 
 
@@ -53,15 +53,15 @@ def _motion(texts: dict[str, str]) -> dict[str, Declaration]:
     }
 
 
-def _point(system: System, name: str) -> Element:
-    return Element(marker=system.tree.named_marker(name), constant=system.mechanism.place[name].angle)
+def _point(system: System, name: str) -> OutputPlace:
+    return OutputPlace(marker=system.tree.named_marker(name), constant=system.places[name].angle)
 
 
 def _joints_asked(system: System) -> Iterable[str]:
     """List the joints whose position the experiment reports."""
-    parts = (name.rpartition(".") for name in system.experiment.outputs)
+    parts = (name.rpartition(".") for name in system.settings.outputs)
     asked = {joint for joint, _, quantity in parts if quantity in PIN_QUANTITIES}
-    return (name for name in system.mechanism.joint if name in asked)
+    return (name for name in system.joints if name in asked)
 
 
 _OF_JOINT = {name: found for name, found in _motion(QUANTITIES | PIN_QUANTITIES).items() if name in PIN_QUANTITIES}
@@ -69,14 +69,14 @@ _COORDINATE = "coordinate of the spanning tree: of a joint, a floating link, a m
 
 #: Links and frames, and joints as points.
 POINTS = (
-    Owner("POINT", lambda system: system.mechanism.point, _point, _motion(QUANTITIES)),
-    Owner("JOINT", lambda system: system.mechanism.joint, _point, _OF_JOINT, asked=_joints_asked),
+    Owner("POINT", lambda system: system.points, _point, _motion(QUANTITIES)),
+    Owner("JOINT", lambda system: system.joints, _point, _OF_JOINT, asked=_joints_asked),
 )
 #: Coordinates of the tree.
 COORDINATES = Owner(
     "q",
     lambda system: system.tree.coordinates,
-    lambda system, name: Element(system.tree.coordinates.index(name)),
+    lambda system, name: OutputPlace(system.tree.coordinates.index(name)),
     quantities(_coordinate, COORDINATE=_COORDINATE),
 )
 
@@ -124,23 +124,23 @@ def _energy(output: np.record, seen: Snapshot) -> float:
 
 
 def _frames(system: System) -> Iterable[str]:
-    return [frame.name for frame in system.mechanism.frames if frame.link in system.tree.flexible]
+    return [frame.name for frame in system.frames if frame.link in system.tree.flexible]
 
 
-def _at_frame(system: System, name: str) -> Element:
-    tree, point = system.tree, system.mechanism.point[name]
-    beam = system.mechanism.link[point.link].beam
+def _at_frame(system: System, name: str) -> OutputPlace:
+    tree, point = system.tree, system.points[name]
+    beam = system.links[point.link].beam
     if beam is None:
         raise AssertionError("a flexible link has a beam")
     first, last = tree.beam_ends(point.link)
     (dx, dy), (x, y) = (beam.end - beam.start) / beam.length, point.origin - beam.start
-    return Element(first, last, tree.named_marker(name), float(dx * y - dy * x))
+    return OutputPlace(first, last, tree.named_marker(name), float(dx * y - dy * x))
 
 
-def _at_link(system: System, name: str) -> Element:
+def _at_link(system: System, name: str) -> OutputPlace:
     link = system.tree.flexible[name]
     first = list(system.tree.substructures).index(link[0].name)
-    return Element(first, first + len(link))
+    return OutputPlace(first, first + len(link))
 
 
 _OF_LINK = {
@@ -159,5 +159,5 @@ _OF_LINKAGE = quantities(
 LINKS = (
     Owner("FRAME (flexible link)", _frames, _at_frame, quantities(_frame, **FRAME_BENDING)),
     Owner("LINK (flexible)", lambda system: system.tree.flexible, _at_link, _OF_LINK),
-    Owner("", lambda system: ("",), lambda system, name: Element(), _OF_LINKAGE),
+    Owner("", lambda system: ("",), lambda system, name: OutputPlace(), _OF_LINKAGE),
 )

@@ -102,7 +102,7 @@ def whole_columns(system: Segmented, ideal: bool, tabulated: Callable[[Sequence[
     found = {name: table[name] for name in ("time", *kept)}
     found["strain_energy"], found["damping_power"] = np.zeros((2, len(table["time"])))
     for chain in system.chains.values():
-        for frame in system.whole.mechanism.frames:
+        for frame in system.whole.frames:
             if frame.link == chain.link.name:
                 found[f"{frame.name}.deflection"] = _deflection(chain, frame.name, frame.origin, table)
         found |= _within(chain, table) | _largest_deflection(chain, table)

@@ -1,4 +1,4 @@
-"""Outputs of contacts: clearance joints, guides, gears with backlash, stops, points at lines."""
+"""Outputs of contacts: clearance joints, guides, and any contact of an element."""
 
 from __future__ import annotations
 
@@ -15,12 +15,10 @@ from linkages.laws.film.tilted_film import tilted_action, tilted_gap
 from linkages.laws.journal import end_flow
 from linkages.laws.journal_motion import polar
 from linkages.mechanics.planar import contacts
-from linkages.mechanics.planar.closure_rows import term_rate
 from linkages.mechanics.planar.contacts import COUPLE, EX, EY, FX, FY, PENETRATION, contact_motion
 from linkages.mechanics.planar.markers import turned
 from linkages.mechanics.planar.record_types import REMEMBERING, WORN
-from linkages.results.outputs.joints import of_joints, turns
-from linkages.results.outputs.quantity import Declaration, Element, Owner, Snapshot, formula, quantities, quantity
+from linkages.results.outputs.quantity import Declaration, OutputPlace, Owner, Snapshot, formula, quantities, quantity
 from linkages.system import System
 
 _CORNERS = 4
@@ -92,15 +90,6 @@ def _flow(output: np.record, seen: Snapshot) -> float:
 
 
 @formula()
-def _slack(output: np.record, seen: Snapshot) -> float:
-    k, end = output.at, seen.model.ends[output.at]
-    effort = seen.contacts[k, COUPLE] + seen.contacts[k + 1, COUPLE]
-    apart = seen.contacts[k, PENETRATION] - seen.contacts[k + 1, PENETRATION]
-    power = effort * term_rate(end.row.term, seen.state.pose, seen.state.vel)
-    return (output.constant * effort, power, 0.5 * apart / end.lever)[output.column]
-
-
-@formula()
 def _guide(output: np.record, seen: Snapshot) -> float:
     slot, pose, largest, power, offset = output.marker, seen.state.pose, -np.inf, 0.0, 0.0
     nx, ny = turned(pose, slot.body, slot.x, slot.y)
@@ -114,6 +103,12 @@ def _guide(output: np.record, seen: Snapshot) -> float:
 def _entries(**columns: str) -> dict[str, Declaration]:
     """Make quantities that are entries of `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS` with their names."""
     return {name: quantity(text, _entry, getattr(contacts, name.upper())) for name, text in columns.items()}
+
+
+def contact_quantity(name: str, text: str) -> Declaration:
+    """Make an output of any contact: an entry by its name, the magnitude "force", or the "power" of its force pair."""
+    whole = {"force": _force, "power": _power}.get(name)
+    return quantity(text, _entry, getattr(contacts, name.upper())) if whole is None else quantity(text, whole)
 
 
 _FORCE = {"force": quantity("magnitude of the force [N]", _force)}
@@ -148,43 +143,6 @@ _OF_GUIDE = quantities(
     offset="position of the block across its slot [m]",
     tilt="angle of the block in its slot [rad]",
 )
-_OF_SLACK = quantities(
-    _slack,
-    torque="torque on the second joint, along its coordinate [N m]",
-    power="power transmitted to the second joint [W]",
-    angle="angle of the second joint from the middle of the play [rad]",
-)
-_OF_RACK = quantities(
-    _slack,
-    force="force on the second joint, along its coordinate [N]",
-    power="power transmitted to the second joint [W]",
-    displacement="displacement of the second joint from the middle of the play [m]",
-)
-_OF_STOP = {
-    "torque": quantity("magnitude of the reaction torque [N m]", _entry, contacts.LOAD),
-    **_entries(
-        penetration="angle beyond the stop; negative: distance to it [rad]", closing="rate of the penetration [rad/s]"
-    ),
-    "power": quantity("power that the load delivers to the linkage [W]", _power),
-}
-_OF_TOOTH = {
-    "force": quantity("normal force of the teeth [N]", _entry, contacts.LOAD),
-    **_entries(
-        penetration="overlap of the teeth, negative: their distance [m]", closing="rate of the penetration [m/s]"
-    ),
-    "power": _OF_STOP["power"],
-}
-_OF_WALL = {
-    **_FORCE,
-    **_entries(
-        penetration="depth of the point beyond the wall, negative: its distance from it [m]",
-        closing="rate of the penetration [m/s]",
-        sliding="speed of the point along the wall [m/s]",
-        load="normal force [N]",
-    ),
-    "power": _OF_JOURNAL["power"],
-}
-_OF_LINE = _entries(fx="force on the point along x_P [N]", fy="force on the point along y_P [N]") | _OF_WALL
 
 
 def _play(kinds: str, suits: Callable[[JointModel], bool], found: dict[str, Declaration]) -> Owner:
@@ -194,44 +152,24 @@ def _play(kinds: str, suits: Callable[[JointModel], bool], found: dict[str, Decl
         pairs = zip(system.tree.contacts, system.models, strict=False)
         return [label for (_, label), model in pairs if suits(model)]
 
-    return Owner(f"JOINT ({kinds})", labels, _at_contact, found, real=True)
+    return Owner(f"JOINT ({kinds})", labels, at_contact, found, real=True)
 
 
-def _at_contact(system: System, name: str) -> Element:
+def at_contact(system: System, name: str) -> OutputPlace:
+    """Return the numbers of a contact."""
     k = [label for _, label in system.contacts].index(name)
-    return Element(k, constant=float(system.laws["clearance"][k]))
-
-
-def _slacks(slides: bool) -> Callable[[System], Iterable[str]]:
-    """List the gears with backlash before a prismatic, or a revolute joint."""
-    return lambda system: [name for name in system.experiment.slack if turns(system, "slack", name) is not slides]
-
-
-def _flanks(lengths: bool) -> Callable[[System], Iterable[str]]:
-    """List the flanks of gears with backlash whose penetration is a length, or an angle."""
-    return lambda system: [
-        f"{name}.{side}"
-        for name, mesh in system.experiment.slack.items()
-        for side in mesh.flanks
-        if mesh.backlash and (mesh.backlash.normal is not None or not turns(system, "slack", name)) is lengths
-    ]
-
-
-def _at_slack(system: System, name: str) -> Element:
-    gear = system.experiment.slack[name]
-    sign = system.tree.seen_coordinate(gear.joints[1], gear.carrier)[1]
-    return Element([owner for owner, _ in system.contacts].index(name), constant=sign)
+    return OutputPlace(k, constant=float(system.laws["clearance"][k]))
 
 
 def _guides(system: System) -> Iterable[str]:
-    return [name for name in system.tree.play if system.mechanism.joint[name].slot is not None]
+    return [name for name in system.tree.play if system.joints[name].slot is not None]
 
 
-def _at_guide(system: System, name: str) -> Element:
-    tree, joint = system.tree, system.mechanism.joint[name]
+def _at_guide(system: System, name: str) -> OutputPlace:
+    tree, joint = system.tree, system.joints[name]
     k = [owner for owner, _ in tree.contacts].index(name)
     across = (tree.marker(joint.parent, joint.on_parent)[0], float(-joint.direction[1]), float(joint.direction[0]))
-    return Element(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
+    return OutputPlace(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
 
 
 def _by_drive(owner: Owner) -> tuple[Owner, Owner]:
@@ -240,14 +178,14 @@ def _by_drive(owner: Owner) -> tuple[Owner, Owner]:
     others = {name: one for name, one in owner.quantities.items() if name != "power"}
 
     def names(driven: bool) -> Callable[[System], Iterable[str]]:
-        return lambda system: [name for name in owner.names(system) if (name in system.experiment.drives) is driven]
+        return lambda system: [name for name in owner.names(system) if (name in system.drives) is driven]
 
     return replace(owner, names=names(False)), replace(
         owner, names=names(True), quantities=others | {"contact_power": power}
     )
 
 
-#: Clearance joints, guides, gears with backlash.
+#: Clearance joints, guides.
 PLAY = (
     *_by_drive(_play("film, dry, mixed", lambda model: True, _OF_JOURNAL)),
     _play(
@@ -265,14 +203,4 @@ PLAY = (
         {"film_content": quantity("share of the gap that is filled with oil [1]", _entry, contacts.CONTENT)},
     ),
     *_by_drive(Owner("GUIDE", _guides, _at_guide, _OF_GUIDE, real=True)),
-    Owner("GEAR (backlash)", _slacks(False), _at_slack, _OF_SLACK, real=True),
-    Owner("RACK (backlash)", _slacks(True), _at_slack, _OF_RACK, real=True),
 )  # fmt: skip
-#: Stops, flanks of gears, points at lines.
-WALLS = (
-    Owner("STOP (revolute)", of_joints("stops", True), _at_contact, _OF_STOP, real=True),
-    Owner("STOP (prismatic)", of_joints("stops", False), _at_contact, _OF_WALL, real=True),
-    Owner("FLANK (angle)", _flanks(False), _at_contact, _OF_STOP, real=True),
-    Owner("FLANK (length)", _flanks(True), _at_contact, _OF_TOOTH, real=True),
-    Owner("CONTACT", lambda system: system.experiment.contacts, _at_contact, _OF_LINE, real=True),
-)

@@ -13,15 +13,15 @@ from linkages.base.kernel.dual import dual_array, seeded, slope
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.elements.machine import add_elements, count, tell_elements
 from linkages.mechanics.integrate.stepper import copy
-from linkages.mechanics.planar.arrays import Arrays, loads_of
+from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.contacts import WIDTH
-from linkages.mechanics.planar.joint_friction import add_applied, make_friction_work
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS, load_outputs
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import generalised_force, inertial_forces
 from linkages.mechanics.planar.reactions import add_known_contacts, joint_forces, row_reactions
+from linkages.mechanics.planar.reactive_loads import add_applied, make_reactive_loads
 from linkages.mechanics.planar.workspace import make_workspace
 from linkages.results.outputs.quantity import OutputFormula, Snapshot
 from linkages.results.outputs.registry import FORMULAS
@@ -175,16 +175,16 @@ def _move(seen: Snapshot, with_forces: bool, t: float, powered: Array) -> None:
     bodies = model.bodies
     body_states(bodies, w.q, w.v, w.pose, w.vel)
     body_accelerations(bodies, w.pose, w.vel, w.v, w.a, w.acc)
-    if with_forces or len(seen.friction.efforts):
+    if with_forces or len(seen.reactive.efforts):
         w.wrench[:] = 0.0
         add_known_contacts(model.ends, seen.contacts, w.pose, w.wrench)
         evaluate_motions((model.torque, model.torque_c, model.torque_n), t, powered[0], powered[1], powered[2])
-        add_elements(model.elements, w.pose, w.vel, w.wrench)
+        add_elements(model.elements, functions_of(model), t, w.v, w.pose, w.vel, w.wrench)
         if len(model.loads):
-            add_applied(model, t, powered[0], w, seen.friction)
+            add_applied(model, t, powered[0], w, seen.reactive)
     if len(model.loads):
-        load_outputs(loads_of(model), seen.friction.efforts, t, w.v, w.pose, w.vel, seen.loads)
-    tell_elements(model.elements, len(model.loads), w.pose, w.vel, seen.loads)
+        load_outputs(loads_of(model), seen.reactive.efforts, t, w.v, w.pose, w.vel, seen.loads)
+    tell_elements(model.elements, functions_of(model), t, w.v, len(model.loads), w.pose, w.vel, seen.loads)
     if with_forces:
         for k in range(powered.shape[1]):
             w.tau[bodies.records[model.powered_bodies[k]].dof] = powered[0, k]
@@ -206,7 +206,7 @@ def _unpacked(model: Arrays, n: int) -> Snapshot:
     forces, efforts = np.zeros((len(model.joints), 3)), np.zeros(len(model.driven) + len(model.powered))
     rows = np.zeros((len(model.loads) + count(model.elements), len(LOAD_OUTPUTS)))
     parts = np.zeros((len(model.ends), WIDTH)), forces, efforts, rows
-    return Snapshot(packed(model), packed(work), *parts, packed(make_friction_work(model, work)))
+    return Snapshot(packed(model), packed(work), *parts, packed(make_reactive_loads(model, work)))
 
 
 def make_dual_table(model: Arrays, outputs: Records, n: int) -> tuple[DualTable, Array]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.base.kernel import Array, lazy_kernel, record_type
 from linkages.mechanics.planar.arrays import Arrays
-from linkages.mechanics.planar.joint_friction import FrictionWork
+from linkages.mechanics.planar.reactive_loads import ReactiveLoads
 from linkages.mechanics.planar.record_types import MARKER
 from linkages.mechanics.planar.workspace import Workspace
 from linkages.system import System
@@ -43,7 +43,7 @@ class Snapshot(NamedTuple):
     forces: Array  # on each joint's child, with moment, (nj, 3); see `linkages.mechanics.planar.reactions.joint_forces`
     efforts: Array  # torque or force of each drive, (nd,)
     loads: Array  # `linkages.mechanics.planar.loads.LOAD_OUTPUTS` of loads, then of elements, (nl, 4)
-    friction: FrictionWork
+    reactive: ReactiveLoads
 
 
 class OutputFormula(NamedTuple):
@@ -80,7 +80,7 @@ def quantities(formula: OutputFormula, **texts: str) -> dict[str, Declaration]:
     return {name: quantity(text, formula, k) for k, (name, text) in enumerate(texts.items())}
 
 
-class Element(NamedTuple):
+class OutputPlace(NamedTuple):
     """Numbers of an element in the record of its output; see `OUTPUT`."""
 
     at: int = 0
@@ -95,7 +95,8 @@ class Owner:
 
     label: str  # the name before the dot, in the documentation
     names: Callable[[System], Iterable[str]]  # names of all elements of this kind
-    element: Callable[[System, str], Element]  # of an element by name
+    place: Callable[[System, str], OutputPlace]  # of an element by name
     quantities: dict[str, Declaration]
     real: bool = False  # whether only a linkage with clearances has it
     asked: Callable[[System], Iterable[str]] | None = None  # elements with columns in a run; default: all
+    unit: Callable[[System, str], str] | None = None  # of an element by name, instead of the quantities' units

@@ -24,11 +24,12 @@ import numpy as np
 from linkages.base.errors import AssemblyError, InputError, nearest
 from linkages.base.kernel import Records
 from linkages.input.model.segment_model import HINGE
+from linkages.results.outputs import elements
 from linkages.results.outputs.bodies import COORDINATES, LINKS, POINTS
-from linkages.results.outputs.contacts import PLAY, WALLS
+from linkages.results.outputs.contacts import PLAY
 from linkages.results.outputs.joints import FORCES
 from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, OutputFormula, Owner
-from linkages.results.outputs.states import OWN, STATES
+from linkages.results.outputs.states import OWN
 from linkages.system import System
 
 JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
@@ -36,8 +37,9 @@ JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
 #: Where a user finds all outputs.
 LISTED = "`linkages keys` lists all kinds"
 
+_FORCES = (*elements.BETWEEN, *FORCES, *elements.FORCES)
 #: All kinds of elements with outputs; the first one wins if names are equal.
-OWNERS = (*POINTS, *PLAY, *FORCES, *WALLS, *LINKS, *OWN)
+OWNERS = (*POINTS, *PLAY, *_FORCES, *elements.CONTACTS, *LINKS, *OWN)
 
 #: The formulas of all quantities and their numbers, which the records of outputs hold.
 FORMULAS: dict[OutputFormula, int] = {}
@@ -66,7 +68,7 @@ def _find(system: System, name: str, ideal: bool) -> Callable[[System], tuple[An
     if jitter and not _determinate(system):
         raise _wrong(system, name, "the prescribed drives do not determine an ideal motion")
     number, read = FORMULAS[quantity.formula], [part in quantity.formula.reads for part in READS]
-    return lambda one: (number, quantity.column, *owner.element(one, thing), jitter, *read)
+    return lambda one: (number, quantity.column, *owner.place(one, thing), jitter, *read)
 
 
 def has_jitter(system: System, name: str) -> bool:
@@ -82,9 +84,9 @@ def unit(system: System, name: str) -> str:
     if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.flexible:  # of a run with rigid segments
         return "rad"
     owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
-    if owner is STATES:
-        return system.experiment.states[thing].unit
-    joint = system.mechanism.joint.get(thing)
+    if owner.unit is not None:
+        return owner.unit(system, thing)
+    joint = system.joints.get(thing)
     slides = joint is not None and joint.type == "prismatic"
     if owner is COORDINATES:
         floats, _, part = thing.rpartition(".")  # x, y or angle of a floating link, or a mode
@@ -96,22 +98,22 @@ def check_output(system: System, name: str) -> None:
     """Check that an output exists, including ``ideal.`` outputs; InputError if it is unknown."""
     plain = name.removeprefix(IDEAL)
     joint, _, quantity = plain.rpartition(".")
-    if plain == name or quantity != TURNING or joint not in system.mechanism.joint:
+    if plain == name or quantity != TURNING or joint not in system.joints:
         _find(system, plain, ideal=plain != name)
 
 
 def check_outputs(system: System) -> None:
     """Check that the experiment's outputs exist; InputError for the first unknown one."""
-    for name in system.experiment.outputs:
+    for name in system.settings.outputs:
         check_output(system, name)
 
 
 def default_outputs(system: System) -> tuple[str, ...]:
     """List the experiment's outputs, force and eccentricity of each contact, torques of the drives."""
     labels = [label for _, label in system.tree.contacts]
-    found = [*system.experiment.outputs]
+    found = [*system.settings.outputs]
     found += [f"{label}.{name}" for label in labels for name in ("force", "eccentricity_ratio")]
-    found += [f"{name}.torque" for name in system.experiment.drives]
+    found += [f"{name}.torque" for name in system.drives]
     return tuple(dict.fromkeys(found))
 
 
@@ -161,7 +163,7 @@ def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Declaration
 
 
 def _wrong(system: System, name: str, reason: str) -> InputError:
-    return InputError(system.experiment.source, f'output "{name}"', reason)
+    return InputError(system.description.source, f'output "{name}"', reason)
 
 
 def _determinate(system: System) -> bool:

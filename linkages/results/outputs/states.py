@@ -1,62 +1,51 @@
-"""Outputs of additional states, of motors and of controllers: the values of their quantities."""
+"""Outputs of the quantities that elements define for formulas: additional states, quantities of motors, controllers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
 
+from linkages.elements.element import Element
+from linkages.elements.machine import DEFINING, count
+from linkages.input.functions.definitions import Quantity
 from linkages.results.outputs.joints import load_value
-from linkages.results.outputs.quantity import Element, Owner, quantities
+from linkages.results.outputs.quantity import OutputPlace, Owner, quantities
 from linkages.system import System
 
 
-def _at(key: str) -> Callable[[System, str], Element]:
-    """Return a function that gives the element of a quantity, ``NAME.key`` or the state's own."""
+def _named(known: Mapping[str, Quantity], name: str, key: str) -> str | None:
+    """Return the quantity that is an output of an element: ``NAME.key``, or as its ``value`` the element's own."""
+    own = name if key == "value" else f"{name}.{key}"
+    return own if own in known else None
 
-    def element(system: System, name: str) -> Element:
-        experiment = system.experiment
-        known = list(experiment.quantities)
-        return Element(len(experiment.loads) + known.index(f"{name}.{key}" if key else name))
 
-    return element
+def _at(key: str) -> Callable[[System, str], OutputPlace]:
+    """Return a function that gives the place of a quantity."""
+
+    def place(system: System, name: str) -> OutputPlace:
+        known, first = system.quantities, len(system.loads[0]) + count(system.elements)
+        return OutputPlace(first - len(system.elements.told) + list(known).index(_named(known, name, key) or ""))
+
+    return place
 
 
 def _having(table: str, key: str) -> Callable[[System], Iterable[str]]:
-    """List the motors or controllers that have a quantity."""
-    return lambda system: [
-        name for name in getattr(system.experiment, table) if f"{name}.{key}" in system.experiment.quantities
-    ]
+    """List the elements that have a quantity."""
+    return lambda system: [name for name in system.parts[table] if _named(system.quantities, name, key) is not None]
 
 
-def _owners(label: str, table: str, **texts: str) -> list[Owner]:
-    """Make the owners of some quantities, one for each."""
-    return [
-        Owner(label, _having(table, key), _at(key), quantities(load_value, **{key: text}))
-        for key, text in texts.items()
-    ]
+def _unit(kind: Element[Any]) -> Callable[[System, str], str] | None:
+    """Return the function that gives the unit of a quantity, if the element's keys say it."""
+    unit = kind.unit
+    return None if unit is None else lambda system, name: unit(system.parts[kind.table][name])
 
 
-STATES = Owner("STATE", lambda system: system.experiment.states, _at(""), quantities(load_value, value="its value []"))
+def _owners(kind: Element[Any]) -> Iterator[Owner]:
+    """Make the owners of the quantities of a kind, one for each."""
+    for key, text in kind.own.items():
+        texts = quantities(load_value, **{key: text})
+        yield Owner(kind.label, _having(kind.table, key), _at(key), texts, unit=_unit(kind))
 
-#: States; quantities of motors and controllers in addition to those as loads.
-OWN = (
-    STATES,
-    *_owners(
-        "MOTOR",
-        "motors",
-        current="current of the winding [A]",
-        voltage="voltage at the winding [V]",
-        slip="slip: difference of synchronous speed and speed over the first [1]",
-        speed="speed of the shaft [rad/s]",
-        electrical_power="electrical power; induction: in the air gap; curve: torque times speed [W]",
-        losses="losses of the winding, of friction and of the gearbox [W]",
-        energy="electrical energy since t = 0 [J]",
-        temperature="temperature of the winding [degC]",
-    ),
-    *_owners(
-        "CONTROLLER",
-        "controllers",
-        error="reference less signal []",
-        output="output, within its limits []",
-        integral="integral part of the output []",
-    ),
-)
+
+#: Quantities in addition to those of elements as loads.
+OWN = tuple(owner for kind in DEFINING for owner in _owners(kind))

@@ -14,10 +14,10 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from linkages.base.errors import AssemblyError, InputError, RunError
+from linkages.base.errors import ARGUMENT, AssemblyError, InputError, RunError
+from linkages.base.packages import check_installed
+from linkages.base.palette import css, repainted
 from linkages.input.files.versions import versions
-from linkages.input.model.experiment import ARGUMENT
-from linkages.input.model.skeleton import color_of
 from linkages.show.live.controls import Control, controls, extended
 from linkages.show.live.edits import parts, with_addition, with_model
 from linkages.show.live.exploring import (
@@ -118,20 +118,19 @@ class Answers:
             return session
 
     def _start(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
-        experiment, known = session.system.experiment, self.controls
+        described, known = session.system.description, self.controls
         if "values" in request:
             with suppress(InputError):  # the first run reports it
                 known = self._known(request)
-        mechanism = session.system.mechanism
         return {
-            "title": experiment.title or experiment.source.stem,
-            "file": experiment.source.name,
-            "name": f"{experiment.source.stem}_play",
+            "title": described.heading,
+            "file": described.source.name,
+            "name": f"{described.stem}_play",
             "folder": str(self.folder.resolve()),
             "versions": versions(),
             "controls": [asdict(control) for control in known.values()],
             "parts": parts(session.system, known),
-            "colors": {name: color_of(mechanism, name) for name in mechanism.place},
+            "colors": dict(session.system.colors),
         }
 
     def _edit(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
@@ -202,7 +201,7 @@ class Answers:
         values = self._values(request)
         part, system = session.part_shown(values, lambda: False), session.system
         ran = {**self.given, **session.values_shown(values)}
-        text = code(system.experiment.source, ran, part, outputs_of(system.replaced(values)))
+        text = code(system.description.source, ran, part, outputs_of(system.replaced(values)))
         if "name" not in request:
             return {"code": text}
         target = target_of(self.folder, request["name"], ".ipynb")
@@ -213,7 +212,7 @@ class Answers:
         return extended(self.controls, self.session.system.replaced(self._values(request)))
 
     def _values(self, request: dict[str, Any]) -> dict[str, float | str]:
-        return checked(request.get("values", {}), self.controls, self.session.system.mechanism)
+        return checked(request.get("values", {}), self.controls, self.session.system)
 
 
 def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, folder: str | Path = ".") -> Any:
@@ -240,11 +239,8 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
     >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
     >>> page = linkages.play(system, {"joints.A.clearance": (5e-5, 5e-4)})  # doctest: +SKIP
     """
-    try:
-        import anywidget
-    except ImportError:
-        problem = 'needs the package anywidget: pip install "linkages[play]"; in a browser: linkages play FILE.toml'
-        raise InputError("play", "", problem) from None
+    check_installed("anywidget", "play")
+    import anywidget
 
     answers = Answers(Session(system), controls(system, vary), Path(folder))
 
@@ -272,7 +268,7 @@ MODULES = (
 
 @cache
 def front_end(name: str) -> str:
-    """Return the page, its style or a module of its script; "widget.js" is one module of all, for anywidget.
+    """Return the page, its style with its colours, or a module of its script; "widget.js" is one module of all.
 
     Modules import names of others, unchanged, by lines of the form ``import {NAME, NAME} from "./MODULE.js";``.
     """
@@ -282,6 +278,9 @@ def front_end(name: str) -> str:
         return "\n".join(re.sub("^export (?!default)", "", line) for line in kept)
     if name == "curves.js":
         return f"{script()}\nexport {{drawCurves, valueAt}};\n"
+    if name == "live.css":
+        page = ".linkages-live"
+        return css(page, chosen=True) + repainted(f"{page} .picture ") + "\n" + own_text("linkages.show.live", name)
     return own_text("linkages.show.live", name)
 
 

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
-from linkages.base.errors import InputError
+from linkages.base.errors import ARGUMENT, InputError
 from linkages.engines.compiled.effects import without_effect
-from linkages.input.model.experiment import ARGUMENT
 from linkages.system import System
 
 

@@ -89,10 +89,10 @@ def _numbers(system: System) -> Iterator[tuple[str, float]]:
         if path not in _HIDDEN and not path.startswith("windows.") and not of_other_kind:
             yield path, value
     if system.determinate or system.tree.play:
-        yield "duration", experiment.duration
-    for path, value in system.mechanism.values.items():
+        yield "duration", system.settings.duration
+    for path, value in system.machine_values.items():
         kind, name, *rest = path.split(".")
-        if kind == "links" and name in system.mechanism.beam and rest[0] in _OF_BEAM:
+        if kind == "links" and system.links[name].beam and rest[0] in _OF_BEAM:
             continue
         yield f"sdf.{path}", float(value)
 
@@ -100,7 +100,7 @@ def _numbers(system: System) -> Iterator[tuple[str, float]]:
 def _choices(system: System) -> Iterator[tuple[str, str, tuple[str, ...]]]:
     """Path, value and possible values of every choice: models and laws of joints for which the file has the data."""
     experiment = system.experiment
-    yield "start", experiment.start, ("centred", "equilibrium")
+    yield "start", system.settings.start, ("centred", "equilibrium")
     for name, joint in experiment.joints.items():
         has = {
             "ideal": True,
@@ -111,7 +111,7 @@ def _choices(system: System) -> Iterator[tuple[str, str, tuple[str, ...]]]:
         models = tuple(model for model in _MODELS if has[model])
         if len(models) > 1:
             yield f"joints.{name}.model", joint.model, models
-        if joint.has_film and system.mechanism.joint[name].type == "revolute":
+        if joint.has_film and system.joints[name].type == "revolute":
             yield f"joints.{name}.film", joint.film, tuple(FILMS)
         if joint.contact is not None:
             yield f"joints.{name}.contact.law", joint.contact.law, tuple(CONTACTS)

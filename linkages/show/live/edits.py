@@ -11,8 +11,8 @@ from linkages.base.arrays import Array
 from linkages.base.brief import counted
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.toml import leaves
-from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.system import System
+from linkages.system.joints import SystemJoint
 
 CLEARANCE = 1e-3  # proposed radial clearance, over the diameter of the bearing [1]
 _OIL = {"oil.grade": 46, "oil.temperature": 40.0}
@@ -32,24 +32,23 @@ _BESIDE = 0.02  # radius of a bearing, over the size of a machine without any
 
 def parts(system: System, known: Iterable[str]) -> dict[str, list[dict[str, Any]]]:
     """Return joints and links with the models that they can have, and the known paths of each link's sizes and mass."""
-    mechanism, experiment = system.mechanism, system.experiment
     joints = [
-        {"name": name, "type": joint.type, "driven": name in experiment.drives, "models": models_of(joint)}
-        | {"model": experiment.joints[name].model if name in experiment.joints else "ideal"}
-        for name, joint in mechanism.joint.items()
+        {"name": name, "type": joint.type, "driven": joint.has_drive, "models": models_of(joint)}
+        | {"model": joint.model}
+        for name, joint in system.joints.items()
     ]
     links = []
-    for link in mechanism.link:
-        frames = [f"sdf.frames.{name}.pose." for name, frame in mechanism.point.items() if frame.link == link]
+    for link, one in system.links.items():
+        frames = [f"sdf.frames.{name}.pose." for name, frame in system.points.items() if frame.link == link]
         own = (f"links.{link}.", f"sdf.links.{link}.", *frames)
         paths = [path for path in known if path.startswith(own)]
-        models = ("rigid", "flexible") if link in mechanism.beam or len(_pins(mechanism, link)) == 2 else ("rigid",)
-        model = "flexible" if link in experiment.flexible else "rigid"
+        models = ("rigid", "flexible") if one.beam or len(_pins(system, link)) == 2 else ("rigid",)
+        model = "flexible" if link in system.flexible else "rigid"
         links.append({"name": link, "model": model, "models": models, "paths": paths})
     return {"joints": joints, "links": links}
 
 
-def models_of(joint: Joint) -> tuple[str, ...]:
+def models_of(joint: SystemJoint) -> tuple[str, ...]:
     """Return the models that a joint can have."""
     return {"revolute": ("ideal", "lubricated", "dry", "mixed"), "prismatic": ("ideal", "dry")}.get(joint.type, ())
 
@@ -60,7 +59,7 @@ def with_model(system: System, part: str, name: str, model: str) -> dict[str, An
     The clearance is `CLEARANCE`, the oil ISO VG 46 at 40 degrees, the material steel, all for the size of the bearing.
     InputError for an unknown part or model.
     """
-    parts: dict[str, Mapping[str, Any]] = {"joint": system.mechanism.joint, "link": system.mechanism.link}
+    parts: dict[str, Mapping[str, Any]] = {"joint": system.joints, "link": system.links}
     known = parts.get(part, {})
     if name not in known:
         raise InputError("page", f"{part} {name}"[:60], f"is no joint or link; {nearest(name, known)}")
@@ -68,7 +67,7 @@ def with_model(system: System, part: str, name: str, model: str) -> dict[str, An
     if model not in able:
         raise InputError("page", f"{part} {name}", f'cannot be "{model}"; one of {", ".join(able) or "no models"}')
     start = f"{part}s.{name}."
-    if part == "link" and model == "flexible" and name not in system.mechanism.beam:
+    if part == "link" and model == "flexible" and not system.links[name].beam:
         return _beam(system, name) | {f"{start}model": model}
     if part == "link" or model == "ideal":
         return {f"{start}model": model}
@@ -82,13 +81,13 @@ def with_model(system: System, part: str, name: str, model: str) -> dict[str, An
     touches = {"dry": ("contact", "friction"), "mixed": ("contact", "friction", "mixed")}.get(model, ())
     solid = _CORNER if known[name].type == "prismatic" else _STEEL | _MIXED
     proposed |= {key: value for key, value in solid.items() if key.partition(".")[0] in set(touches) - has}
-    added = {f"sdf.{path}": size for path, size in sizes if path not in system.mechanism.values}
+    added = {f"sdf.{path}": size for path, size in sizes if path not in system.machine_values}
     return added | {f"{start}{key}": value for key, value in proposed.items()} | {f"{start}model": model}
 
 
 def _beam(system: System, name: str) -> dict[str, float]:
     """Return a steel beam of a square section with the link's mass; InputError for a link without two ends."""
-    ends, link = _pins(system.mechanism, name), system.mechanism.link[name]
+    ends, link = _pins(system, name), system.links[name]
     if len(ends) != 2:
         raise InputError("page", f"link {name}", f"has {counted(len(ends), 'pin')}; a beam needs two ends")
     length = float(np.hypot(*(ends[1] - ends[0])))
@@ -98,10 +97,10 @@ def _beam(system: System, name: str) -> dict[str, float]:
     }
 
 
-def _pins(mechanism: Mechanism, link: str) -> list[Array]:
+def _pins(system: System, link: str) -> list[Array]:
     """Return the different places of joints on a link."""
     found: list[Array] = []
-    for joint in mechanism.joints:
+    for joint in system.joints.values():
         for owner, place in ((joint.parent, joint.on_parent), (joint.child, joint.on_child)):
             if owner == link and all(np.hypot(*(place - other)) > 1e-9 for other in found):
                 found.append(place)
@@ -113,14 +112,13 @@ def with_addition(system: System, name: str, kind: str) -> dict[str, Any]:
 
     InputError for an unknown joint or addition.
     """
-    if name not in system.mechanism.joint or kind not in ("groove", "wear"):
+    if name not in system.joints or kind not in ("groove", "wear"):
         raise InputError("page", f"{name} {kind}"[:60], "is no groove or wear of a joint")
     if kind == "groove":
         groove = {"angle": 1.5708, "extent": 0.5, "length": 0.8, "pressure": 1e5}
         new = {"film": "finite", "cavitation": "reynolds"} | {f"groove.{key}": value for key, value in groove.items()}
     else:
-        joint = system.experiment.joints.get(name)
-        depth = 0.1 * (joint.clearance if joint is not None and joint.clearance else 0.0)
+        depth = 0.1 * (system.joints[name].clearance or 0.0)
         turn = np.linspace(0.0, 2.0 * np.pi, _NODES, endpoint=False)
         depths = np.maximum(-np.sin(turn) - 0.5, 0.0) * 2.0 * depth
         new = {"wear.coefficient": 1e-16, "wear.nodes": _NODES}
@@ -128,10 +126,10 @@ def with_addition(system: System, name: str, kind: str) -> dict[str, Any]:
     return {f"joints.{name}.{key}": value for key, value in new.items()}
 
 
-def _sizes(system: System, joint: Joint) -> list[tuple[str, float]]:
+def _sizes(system: System, joint: SystemJoint) -> list[tuple[str, float]]:
     """Return paths and sizes [m] of a joint's bearing or slot, as of other joints if it has none."""
     kind, keys = ("bearing", ("radius", "length")) if joint.type == "revolute" else ("slot", ("height", "length"))
-    others = [own for other in system.mechanism.joints if (own := getattr(other, kind)) is not None]
+    others = [own for other in system.joints.values() if (own := getattr(other, kind)) is not None]
     size = float(f"{_BESIDE * system.tree.extent:.1g}")
     usual = {
         key: np.median([getattr(own, key) for own in others]) if others else k * size for k, key in enumerate(keys, 1)

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.base.errors import InputError, Status
-from linkages.engines.compiled.batch.batch import Batch, simulate_batch
+from linkages.base.errors import ARGUMENT, InputError, Status
+from linkages.engines.compiled.batch.batch import Batch, run_batch
 from linkages.engines.compiled.effects import check_varied, near, varied
 from linkages.explore.prediction import STATED, WHY, extent, finer, numbers_of, reaches
-from linkages.input.model.experiment import ARGUMENT
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs, unit
 from linkages.show.live.controls import Control
@@ -31,6 +30,7 @@ from linkages.system import System
 SPREAD = 1.0 / 300.0  # of a value without another one: deviation over the value; three deviations are 1 %
 MOST_RUNS, _MOST_PATHS = 5000, 40
 _QUANTILES = 5.0, 50.0, 95.0  # [%]
+_SAMPLES, _MOST_SAMPLES = 2401, 20_000_000  # of a curve of a band, of all curves of all runs
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,13 @@ class Around:
     system: System
     start: float  # of the part that is summarised [s]
     end: float
+    drawn: tuple[float, float]  # the part whose curves the page draws [s]
 
     @classmethod
     def of(cls, session: Session, values: Mapping[str, Any], outdated: Callable[[], bool]) -> Around:
         """Take the run that a page shows for values; a new one, if others were shown since."""
-        start, end = session.part_shown(values, outdated)
-        return cls(session.system.replaced(session.values_shown(values)), start, end)
+        (start, end), drawn = session.part_shown(values, outdated), session.part_drawn()
+        return cls(session.system.replaced(session.values_shown(values)), start, end, drawn)
 
     def acting(self, paths: Sequence[str]) -> tuple[list[str], dict[str, str]]:
         """Return the paths that change a number of the run, and the reasons of the others; InputError without any."""
@@ -64,12 +65,12 @@ class Around:
                 columns |= {f"{path.rpartition('.')[0]}.offset.{k}": ratio * x for k, x in enumerate(joint.offset)}
         rows = np.array([*columns.values()]).T if columns else None
         window, outputs = [[self.start, self.end]], outputs_of(self.system)
-        return simulate_batch(self.system, list(columns), rows, outputs, window, progress=progress, **options)
+        return run_batch(self.system, list(columns), rows, outputs, window, progress=progress, **options)
 
 
 def outputs_of(system: System) -> list[str]:
     """Name the outputs whose peaks are explored: the usual ones, stress and deflection of flexible links."""
-    bending = (f"{name}.{key}" for name in system.experiment.flexible for key in ("stress", "deflection"))
+    bending = (f"{name}.{key}" for name in system.flexible for key in ("stress", "deflection"))
     return [*dict.fromkeys((*default_outputs(system), *bending))]
 
 
@@ -147,14 +148,17 @@ def _unstated(reach: float, status: str) -> str:
 def tolerances(
     around: Around, spreads: Mapping[str, float], runs: int, progress: Callable[[float], None]
 ) -> dict[str, Any]:
-    """Return quantiles of curves over time and of peaks for normally scattered values: deviations over the values."""
+    """Return quantiles of curves and of peaks for normally scattered values: deviations over the values.
+
+    Their times are counted from the begin of the part that the page draws, as in `linkages.show.live.view`.
+    """
     system = around.system
     paths, without = around.acting([*spreads])
     spreads = {path: spreads[path] for path in paths}
     nominal = np.array([system.value(path) for path in spreads])
     scatter = np.random.default_rng(0).standard_normal((runs, len(spreads)))
     table = nominal * (1.0 + np.array([*spreads.values()]) * scatter)
-    times = np.linspace(around.start, around.end, FRAMES)
+    times = np.linspace(*around.drawn, _samples(runs * len(outputs_of(system))))
     batch = around.batch([*spreads], table, progress, samples=times)
     good = np.array([status is Status.OK for status in batch.status])
     if not good.any():
@@ -165,7 +169,7 @@ def tolerances(
     ends = np.percentile(peaks, _QUANTILES, axis=0)
     found = zip(batch.outputs, peaks.mean(axis=0).tolist(), peaks.std(axis=0).tolist(), ends.T.tolist(), strict=True)
     return {
-        "time": short(times - around.start),
+        "time": short(times - around.drawn[0]),
         "bands": {name: short(bands[:, :, k]) for k, name in enumerate(batch.outputs)},
         "peaks": {name: {"mean": mean, "deviation": std, "quantiles": of} for name, mean, std, of in found},
         "runs": int(good.sum()),
@@ -173,6 +177,11 @@ def tolerances(
         "spreads": dict(spreads),
         "without": without,
     }
+
+
+def _samples(curves: int) -> int:
+    """Count the samples of each curve of a band: enough for the short forces of impacts, within a limited memory."""
+    return min(max(_MOST_SAMPLES // curves, FRAMES), _SAMPLES)
 
 
 def usual_spreads(controls: Mapping[str, Control], values: Mapping[str, Any]) -> dict[str, float]:

@@ -15,8 +15,8 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.system import System
+from linkages.system.joints import SystemJoint
 
 _FAR = 1e-3  # error of a place over a move, from which the move is impossible
 _ROUNDS = 8  # of Newton's method
@@ -29,17 +29,17 @@ class Places:
     """Where the joints are in their links, and how the lengths of a machine change that."""
 
     def __init__(self, system: System) -> None:
-        self.system, mechanism, drives = system, system.mechanism, system.experiment.drives
-        self._ends = [(joint, link) for joint in mechanism.joints for link in (joint.parent, joint.child)]
-        self._local = _local(mechanism)
-        lengths = [path for path in mechanism.values if _is_length(mechanism, path)]
+        self.system, drives = system, system.drives
+        self._ends = [(joint, link) for joint in system.joints.values() for link in (joint.parent, joint.child)]
+        self._local = _local(system)
+        lengths = [path for path in system.machine_values if _is_length(system, path)]
         if any(path.startswith("parameters.") for path in lengths):
             lengths = [path for path in lengths if path.startswith("parameters.")]
         # a zero changes only if nothing else has the effect: frames of the ground first, then others, then links
         self._driven = {(j.parent, j.child) for j, _ in self._ends if j.name in drives and drives[j.name].prescribed}
-        usual = [path for path in lengths if mechanism.values[path]]
+        usual = [path for path in lengths if system.machine_values[path]]
         fixed = {child for _, child in self._driven}
-        frames = {f"frames.{name}.": frame.link for name, frame in mechanism.point.items() if frame.link not in fixed}
+        frames = {f"frames.{name}.": frame.link for name, frame in system.points.items() if frame.link not in fixed}
         ground = tuple(start for start, link in frames.items() if link == "world")
         further = (), ground, tuple(frames), (*frames, "links.")
         self._tried = [
@@ -52,7 +52,7 @@ class Places:
 
         Where it is not free, it moves as near as it can; InputError if it cannot move at all.
         """
-        angles = {link: pose[f"{link}.angle"] for link in self.system.mechanism.link if f"{link}.angle" in pose}
+        angles = {link: pose[f"{link}.angle"] for link in self.system.links if f"{link}.angle" in pose}
         end = next(k for k, (joint, link) in enumerate(self._ends) if joint.name == name and link != "world")
         link = self._ends[end][1]
         here = np.array([pose[f"{link}.x"], pose[f"{link}.y"]]) + _turn(angles[link]) @ self._local[end]
@@ -63,7 +63,7 @@ class Places:
         extent, best, least = self.system.tree.extent, {}, float(np.hypot(*way)) * (1.0 - _FAR)
         together = self._together(name)
         for paths in self._tried:
-            values = np.array([self.system.mechanism.values[path] for path in paths])
+            values = np.array([self.system.machine_values[path] for path in paths])
             scale = np.abs(values) + 1e-3 * extent * (values == 0.0)
             change, left = self._change(paths, scale, together, way, angles)
             if left < least * (1.0 - _FAR):
@@ -99,7 +99,7 @@ class Places:
         slopes = np.array([self._slope(path) for path in paths]).reshape(len(paths), -1, 2)
         links = list(dict.fromkeys(link for _, link in self._ends if link != "world"))
         pose, change = np.zeros((len(links) + 1, 3)), np.zeros(len(paths))  # the last pose is the ground's
-        pose[:-1, 2] = [angles.get(link, self.system.mechanism.link[link].angle) for link in links]
+        pose[:-1, 2] = [angles.get(link, self.system.links[link].angle) for link in links]
         body = [links.index(link) if link in links else -1 for _, link in self._ends]
         across = [self._across(joint, angles) for joint, _ in self._ends]
         moves = np.array([joint.name in moved for joint, _ in self._ends])
@@ -131,11 +131,11 @@ class Places:
                 pose = pose + _FREE * found[len(paths) :].reshape(pose.shape)
         return change, float(np.abs(left).max())
 
-    def _across(self, joint: Joint, angles: Mapping[str, float]) -> Array:
+    def _across(self, joint: SystemJoint, angles: Mapping[str, float]) -> Array:
         """Return the matrix of the part of a move that counts: for a guide the one across its line."""
         if joint.type != "prismatic":
             return np.eye(2)
-        link = self.system.mechanism.link.get(joint.parent)
+        link = self.system.links.get(joint.parent)
         turn = 0.0 if link is None else angles.get(link.name, link.angle) - link.angle
         normal = _turn(turn) @ [-joint.direction[1], joint.direction[0]]
         return np.outer(normal, normal)
@@ -145,24 +145,24 @@ class Places:
         if path not in self._slopes:
             step, self._slopes[path] = _STEP * self.system.tree.extent, np.zeros_like(self._local)
             with suppress(InputError):  # of a value out of the plane
-                other = self.system.replaced({f"sdf.{path}": self.system.mechanism.values[path] + step})
-                self._slopes[path] = (_local(other.mechanism) - self._local) / step
+                other = self.system.replaced({f"sdf.{path}": self.system.machine_values[path] + step})
+                self._slopes[path] = (_local(other) - self._local) / step
         return self._slopes[path]
 
 
-def _is_length(mechanism: Mechanism, path: str) -> bool:
+def _is_length(system: System, path: str) -> bool:
     """Return whether a value can be a length: a part of a place, or a parameter."""
     if path.startswith("parameters."):
-        return mechanism.units.get(path, "m") == "m"
+        return system.mechanism.units.get(path, "m") == "m"
     return path.endswith((".pose.x", ".pose.y", ".pose.z"))
 
 
-def _local(mechanism: Mechanism) -> Array:
+def _local(system: System) -> Array:
     """Return the places of the joints in their parents and children, in turn (2 n, 2), link axes [m]."""
     found = []
-    for joint in mechanism.joints:
+    for joint in system.joints.values():
         for name, place in ((joint.parent, joint.on_parent), (joint.child, joint.on_child)):
-            link = mechanism.link.get(name)
+            link = system.links.get(name)
             found.append(place if link is None else _turn(-link.angle) @ (place - link.origin))
     return np.array(found)
 

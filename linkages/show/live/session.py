@@ -19,9 +19,8 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
+from linkages.elements.analysis import Analysis
 from linkages.engines.assessment import ideal, simulate
-from linkages.input.model.capabilities import Analysis
-from linkages.input.model.mechanism import Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
@@ -77,12 +76,12 @@ class Session:
         """Return the values of a run that are not requested."""
         if period is None or "duration" in values:
             return {}
-        if system.experiment.can_touch:
+        if system.can_touch:
             return {"duration": _REVOLUTIONS * period}
         added: dict[str, Any] = {"duration": _PERIODS * period}
         for name, ratio in _start_after(self._ends).items():
-            joint = system.experiment.joints.get(name)
-            if name in system.experiment.play and joint is not None and joint.clearance:
+            joint = system.joints.get(name)
+            if name in system.play and joint is not None and joint.clearance:
                 added[f"joints.{name}.offset"] = (joint.clearance * ratio).tolist()
                 added["start"] = "centred"
         return added
@@ -101,15 +100,15 @@ class Session:
         changed = self.system.replaced(values)
         self._changes.check(values, changed)
         period = _period(changed)
-        exact = self._ideal(values, changed, changed.experiment.duration if period is None else period)
+        exact = self._ideal(values, changed, changed.settings.duration if period is None else period)
         if exact is not None and exact.status is Status.LOCKED and changed.determinate:
-            perfect = changed.ideal().replaced({"duration": changed.experiment.duration if period is None else period})
+            perfect = changed.ideal().replaced({"duration": changed.settings.duration if period is None else period})
             exact = ideal(perfect)  # with the quantities of a machine without clearance
             shown = self._view(values, perfect, exact, None, (0.0, float(exact.time[-1])), begun)
             return shown | {"settled": True, "locked": float(exact.time[-1])}
         added = self._added(values, changed, period)
         system, run, coarse = self._run(changed.replaced(added), period, outdated, refine)
-        carried = period is not None and "duration" not in values and not changed.experiment.can_touch
+        carried = period is not None and "duration" not in values and not changed.can_touch
         carried, motion = carried and run.status is Status.OK, motion_of(system, run)
         settled = not carried or (motion.kind == "periodic" and _closed(system, run, period or 0.0))
         self._ends = (
@@ -126,9 +125,9 @@ class Session:
         self, system: System, period: float | None, outdated: Callable[[], bool], refine: bool
     ) -> tuple[System, Trajectory, bool]:
         """Run a system, or a coarse one where it takes too long; return it, the run, and whether it is coarse."""
-        less: dict[str, Any] = {"solver.accuracy": max(system.experiment.solver.accuracy, _COARSE)}
-        if period is not None and system.experiment.can_touch:
-            less["duration"] = min(system.experiment.duration, 2.0 * period)
+        less: dict[str, Any] = {"solver.accuracy": max(system.settings.accuracy, _COARSE)}
+        if period is not None and system.can_touch:
+            less["duration"] = min(system.settings.duration, 2.0 * period)
         tried = [(self.limit, False)] if refine else [(self.preview, False), (self.limit, True)][self._slow :]
         for limit, coarse in tried:
             begun, one = clock.perf_counter(), system.replaced(less) if coarse else system
@@ -159,7 +158,7 @@ class Session:
         ran = {**values, **added}
         self._shown = dict(values), ran
         assessment = Assessment(system, "compiled", run, run if exact is None else exact, None)
-        result = self._result = _Result(assessment, exact, frames_of(run, part), _picture(values), coarse)
+        result = self._result = _Result(assessment, exact, frames_of(run, part), _picture(values), coarse, part)
         numbers = {}
         for path in (path for path, value in values.items() if isinstance(value, str)):
             with suppress(InputError):  # of a choice or a list
@@ -183,9 +182,15 @@ class Session:
         if self._result is None or self._result.assessment.run.status is not Status.OK:
             raise InputError("page", "run", "does not reach its end with these values")
         assessment, period = self._result.assessment, _period(self._result.assessment.system)
-        if period is not None and not assessment.system.experiment.can_touch:  # even if it has not settled
+        if period is not None and not assessment.system.can_touch:  # even if it has not settled
             return float(assessment.run.time[-1]) - period, float(assessment.run.time[-1])
         return assessment.reported_span
+
+    def part_drawn(self) -> tuple[float, float]:
+        """Return begin and end [s] of the curves of the run that was shown last."""
+        if self._result is None:
+            raise InputError("page", "run", "has not been shown yet")
+        return self._result.part
 
     def numbers(self) -> dict[str, Any]:
         """Return the numbers of the run that was shown last, see `linkages.show.live.view.numbers_for`."""
@@ -206,7 +211,7 @@ class Session:
 
         InputError if there is no such joint or no run yet, or the pin cannot move.
         """
-        if self._result is None or joint not in self.system.mechanism.joint:
+        if self._result is None or joint not in self.system.joints:
             raise InputError("page", f"joint {joint}"[:60], "is no joint of the picture")
         key = repr(_key(values, ("joints.",), _OF_MASSES))
         if key not in self._places:
@@ -232,7 +237,7 @@ class Session:
                 "low": float(drawing.low[0]),
                 "high": float(drawing.high[1]),
                 "scale": scale(drawing),
-                "joints": joints_of(drawing, system.mechanism),
+                "joints": joints_of(drawing, system),
                 "bodies": drawing.links_of,
             }
             self._drawings[key] = drawing, {"svg": str(svg(drawing, said=False)), **place}
@@ -265,11 +270,12 @@ class _Result(NamedTuple):
     frames: Mapping[str, Array]  # of the moving picture
     picture: str  # key of its drawing
     coarse: bool
+    part: tuple[float, float]  # begin and end of its curves [s]
 
 
 def _period(system: System) -> float | None:
     """Period of the drives [s], if they repeat their motion from the start on and no state must settle."""
-    if system.experiment.own_states or any(drive.ramp for drive in system.experiment.drives.values()):
+    if system.own_states or any(drive.ramp for drive in system.drives.values()):
         return None
     return common_period(system)
 
@@ -278,7 +284,7 @@ def _end_of(system: System, run: Trajectory) -> dict[str, Array]:
     """Where the journals are at the end of a run, in parts of the clearance (2,)."""
     found = {}
     for name in system.tree.journals:
-        clearance = system.experiment.joints[name].clearance
+        clearance = system.joints[name].clearance
         if clearance and f"{name}.ex" in run.columns:
             found[name] = _inside(np.array([run[f"{name}.ex"][-1], run[f"{name}.ey"][-1]]) / clearance)
     return found
@@ -332,12 +338,12 @@ def _keep_few(kept: dict[Any, Any]) -> None:
         kept.pop(next(iter(kept)))
 
 
-def checked(values: Any, known: Mapping[str, Any], mechanism: Mechanism | None = None) -> dict[str, float | str]:
+def checked(values: Any, known: Mapping[str, Any], system: System | None = None) -> dict[str, float | str]:
     """Check values from outside: paths of controls or of parts, with numbers or short texts; InputError for others."""
     if not isinstance(values, dict):
         raise InputError("page", "values", "must be a table of values by path")
     for path, value in values.items():
-        if path not in known and not (mechanism and _of_part(path, mechanism)):
+        if path not in known and not (system and _of_part(path, system)):
             raise InputError("page", str(path)[:100], "is not a value that can be changed")
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if not (number or (isinstance(value, str) and len(value) <= 200)):
@@ -345,13 +351,13 @@ def checked(values: Any, known: Mapping[str, Any], mechanism: Mechanism | None =
     return dict(values)
 
 
-def _of_part(path: str, mechanism: Mechanism) -> bool:
+def _of_part(path: str, system: System) -> bool:
     """Whether a path is of a key that a joint or a link can have, but the name of a file."""
     table, name, key = [*path.removeprefix("sdf.").split("."), "", ""][:3]
     if path.startswith("sdf."):
-        beam = table == "links" and name in mechanism.link and key == "beam"
-        return beam or (table == "joints" and name in mechanism.joint and key in ("bearing", "slot"))
-    parts: dict[str, Mapping[str, Any]] = {"joints": mechanism.joint, "links": mechanism.link}
+        beam = table == "links" and name in system.links and key == "beam"
+        return beam or (table == "joints" and name in system.joints and key in ("bearing", "slot"))
+    parts: dict[str, Mapping[str, Any]] = {"joints": system.joints, "links": system.links}
     return name in parts.get(table, {}) and key not in ("", "worn")
 
 

@@ -15,12 +15,12 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import Status
-from linkages.input.model.experiment import QUANTITIES
-from linkages.input.model.mechanism import Mechanism
+from linkages.input.model.output_names import QUANTITIES
 from linkages.results.assessment import Assessment
-from linkages.results.characteristics import numbers, peaks_by_key
+from linkages.results.characteristics import numbers
 from linkages.results.extremes import extremes, peaks
 from linkages.results.outputs.registry import names, unit
+from linkages.results.shape import peaks_by_key
 from linkages.results.trajectory import Trajectory
 from linkages.show.plots.drawing.drawing import Drawing
 from linkages.show.plots.pages import columns, curves, short
@@ -34,8 +34,8 @@ _INTERVALS = 160  # parts of the time of a curve, see `linkages.show.plots.pages
 
 def columns_of(system: System) -> list[str]:
     """Name the columns of a run that a view needs: all but the motions of frames that nobody has asked for."""
-    shown = {f"{link.name}.{key}" for link in system.mechanism.links for key in ("x", "y", "angle", "omega")}
-    shown |= set(system.experiment.outputs)
+    shown = {f"{link.name}.{key}" for link in system.links.values() for key in ("x", "y", "angle", "omega")}
+    shown |= set(system.settings.outputs)
     return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
 
 
@@ -50,7 +50,7 @@ def view(
     system, run = assessment.system, assessment.run
     shown = run.within(*part)
     moved = replace(shown, time=shown.time - shown.time[0], evaluate=None)
-    drawn = columns(system.experiment.outputs, system.tree.play, system.experiment.driving)
+    drawn = columns(system.settings.outputs, system.tree.play, system.actuators)
     return {
         "status": run.status.value,
         "remedy": "" if run.status is Status.OK else run.status.remedy,
@@ -82,9 +82,13 @@ def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, A
     """Return the numbers of the page for a run, which can take longer than the run: `motion` (lines) and `table`."""
     run, span, report = assessment.run, assessment.windows.get(assessment.reported), assessment.reported
     part = run if span is None else run.within(*span)
-    peaks = numbers(assessment.system, part, assessment.meaningless, assessment.contacts)
+    peaks = numbers(assessment.system, part, assessment.meaningless, assessment.contacts).content
     windows = {} if span is None else {report: {"from": span[0], "to": span[1], **peaks}}
-    told = {"motion": assessment.motion.content, "start_up": assessment.start_up, "duration": float(run.time[-1])}
+    told = {
+        "motion": assessment.motion.summary.content,
+        "start_up": assessment.start_up,
+        "duration": float(run.time[-1]),
+    }
     about = {"report": report, "windows": windows, "no_ideal": assessment.no_ideal}
     lines = motion_lines(peaks | told | about)
     return {"motion": lines, "table": _table(assessment, peaks, exact)}
@@ -93,7 +97,7 @@ def numbers_for(assessment: Assessment, exact: Trajectory | None) -> dict[str, A
 def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | None) -> list[dict[str, Any]]:
     """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
     system = assessment.system
-    perfect = {} if exact is None else peaks_by_key(numbers(system, exact, ()) | {"links": {}})
+    perfect = {} if exact is None else peaks_by_key(numbers(system, exact, ()).content | {"links": {}})
     drives = {name: one for name, one in peaks["drives"].items() if one.get("acts", True)}
     listed = peaks_by_key(peaks | {"drives": drives, "loads": {}})
     shown = {name.removesuffix(".peak"): value for name, value in listed.items()}
@@ -128,19 +132,19 @@ def _spreads(assessment: Assessment, names: Sequence[str]) -> dict[str, dict[str
 
 def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Array]) -> dict[str, Any]:
     """Path of a journal's centre in parts of the clearance, its place in each frame, and the thinnest film [m]."""
-    clearance = system.experiment.joints[name].clearance or 1.0
+    clearance = system.joints[name].clearance or 1.0
     keep = np.unique(np.linspace(0, len(shown.time) - 1, min(_ORBIT, len(shown.time))).astype(int))
     path = [short(shown[f"{name}.{axis}"][keep] / clearance) for axis in ("ex", "ey")]
     now = [short(frames.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
-    turns, film = system.mechanism.joint[name].type == "revolute", f"{name}.film_thickness"
+    turns, film = system.joints[name].type == "revolute", f"{name}.film_thickness"
     least = extremes(shown, [film])[film].min if film in shown else None
     return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns, "film": least}
 
 
-def joints_of(drawing: Drawing, mechanism: Mechanism) -> dict[str, list[float]]:
+def joints_of(drawing: Drawing, system: System) -> dict[str, list[float]]:
     """Return the body of each joint in a drawing, and the place on it [m], by name."""
     bodies, found = {link: body for body, link in drawing.links_of.items()}, {}
-    for name, pin in mechanism.pin.items():
+    for name, pin in system.mechanism.pin.items():
         if pin.link in bodies:
             x, y, angle = drawing.reference[bodies[pin.link]].tolist()
             dx, dy, cos, sin = pin.origin[0] - x, pin.origin[1] - y, np.cos(angle), np.sin(angle)
@@ -158,7 +162,7 @@ def poses_of(drawing: Drawing, system: System, frames: Mapping[str, Array]) -> l
     for body, name in drawing.links_of.items():
         if name == "world" or f"{name}.x" not in frames:
             continue
-        link = system.mechanism.link[name]
+        link = system.links[name]
         turn = frames[f"{name}.angle"] - link.angle
         cos, sin = np.cos(turn), np.sin(turn)
         dx, dy = drawing.reference[body, :2] - link.origin

@@ -4,6 +4,8 @@
 |--------------------|--------------------------------------------------------------------------------------|
 | style              | none: palette, line styles, labels and settings of all figures                       |
 | presentation       | none: format, size and style of the files of figures                                 |
+| quantities         | none: numbers with units, changes, shares, as people read them                       |
+| headlines          | none: the answer above a figure, and from when curves are drawn                      |
 | histories          | outputs, forces and torques, ideal and real; deflection and stress of flexible links |
 | journals           | orbits of journals in their clearances, blocks in their slots, contacts over time    |
 | pages              | none: HTML pages from templates; curves as data, and the script that draws them      |
@@ -14,7 +16,7 @@
 | swept              | peaks over one variable in small panels, over two as maps with contours              |
 | bearings           | chart and pressure of a film; worn profiles; clearance, forces, jitter over cycles   |
 | drawing            | a mechanism before a run: a labelled, movable picture                                |
-| animation          | a run as a Meshcat recording, its clearance joints magnified                         |
+| animation          | a run as an animation, its clearance joints magnified                                |
 | three_rrr          | the flexible 3-RRR robot                                                             |
 """
 

@@ -1,6 +1,6 @@
 """Public names, which are loaded on first use: the one list of them, for type checkers and for `lazy_loader`."""
 
-from .animation.recording import write_animation as write_animation
+from .animation.animated import write_animation as write_animation
 from .attractors import (
     bifurcation_figure as bifurcation_figure,
     exponent_figure as exponent_figure,

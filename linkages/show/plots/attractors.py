@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from linkages.base.arrays import Array
 from linkages.explore.periodic.multipliers import BRANCH_POINT, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from linkages.input.model.skeleton import colors_of
 from linkages.show.plots.shown import new_figure
 from linkages.show.plots.style import COLORS, axis_label, color_for, engineering, figure_style, typeset
 
@@ -78,6 +79,7 @@ def bifurcation_figure(
     mechanism : Mechanism, optional
         Gives each column the colour of its link.
     """
+    colors = None if mechanism is None else colors_of(mechanism)
     rows = panels or [(name, kind) for name in sweep.names for kind in ("strobe", "peaks")]
     with figure_style():
         figure, axes = new_figure(0.7 + 2.5 * len(rows), len(rows), 1, sharex=True, squeeze=False)
@@ -85,7 +87,7 @@ def bifurcation_figure(
         for axis, (name, kind) in zip(axes, rows, strict=True):
             x, y = _swept(sweep, name, kind)
             unit, factor = engineering(units[name], float(np.abs(y).max(initial=0.0)))
-            _draw_points(axis, scale * x, factor * y, color_for(mechanism, name))
+            _draw_points(axis, scale * x, factor * y, color_for(colors, name))
             what = "at the end of each revolution" if kind == "strobe" else "peak of each revolution"
             axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
             if kind == "peaks" and name in logarithmic:

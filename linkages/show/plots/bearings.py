@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
 
 from linkages.base.arrays import Array
+from linkages.base.palette import INK
 from linkages.input.files.magnitudes import rounded
 from linkages.input.files.writing import file_name
 from linkages.show.plots.pages import embedded, filled, own_text
@@ -87,7 +88,7 @@ def pressure_figure(point: BearingPoint) -> Figure:
                 corner = tuple(middle - 0.5 * size)
                 outline = Ellipse(tuple(middle), *size, **look) if groove.hole else Rectangle(corner, *size, **look)
                 axis.add_patch(outline)
-        axis.plot(np.degrees(point.attitude), 0.0, "v", color=COLORS[1], label="least film")
+        axis.plot(np.degrees(point.attitude), 0.0, "v", color=INK, label="least film")
         axis.set(xlim=(-180.0, 180.0), xticks=np.arange(-180, 181, 60))
         axis.set(xlabel="angle from the load, in the sense of rotation [deg]", ylabel=axis_label("z", length))
         parts = {"hatched: cavity": content.min() < 1.0, "red: groove": len(case.grooves) > 0}
@@ -190,7 +191,7 @@ def write_wear_animation(found: Mapping[str, Any], path: Path) -> None:
     life = {"cycles": [block["cycles"] for block in found["blocks"]], "joints": joints}
     text = own_text("linkages.show.plots", "wear_life.html")
     title = found["title"] or found["experiment"]
-    path.write_text(filled(text, title=title, life=embedded(life), colors=embedded(COLORS)), encoding="utf-8")
+    path.write_text(filled(text, title=title, life=embedded(life)), encoding="utf-8")
 
 
 def _depths(joint: Mapping[str, Any], side: str, nodes: int) -> list[float]:

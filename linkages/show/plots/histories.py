@@ -2,32 +2,42 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from linkages.base.palette import IDEAL, IDEAL_LINE, MEASURED, SOFT
 from linkages.input.files.writing import file_name
 from linkages.input.model.skeleton import OTHER
 from linkages.results.assessment import Assessment
 from linkages.results.outputs.registry import unit
+from linkages.show.plots.headlines import first_drawn, headline
 from linkages.show.plots.journals import contacts_figure, guides_figure, orbits_figure
 from linkages.show.plots.pages import drawn_errors, resolved
+from linkages.show.plots.quantities import quantity
+from linkages.show.plots.shown import ShownFigure
 from linkages.show.plots.style import (
     COLORS,
-    IDEAL,
     LEGEND,
     axis_label,
     color_for,
     engineering,
     figure_style,
+    needs_height,
+    one_column,
     readable,
+    small_text,
     stacked_axes,
+    write_answer,
     write_figure,
 )
 
+_GAP, _SECOND, _LEFT = 0.3, 0.16, 0.8  # room above a panel, for a second line, for the scale at the left [in]
 _UNBOUNDED = 1e3  # ideal over actual peak from which the ideal one is not drawn whole
 
 # names of the quantities of a link or frame
@@ -54,14 +64,14 @@ _LABELS = {
 def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, float | None] | None = None) -> list[Path]:
     """Draw all figures of an assessment into an existing folder, in the format of `presented`, and return their paths.
 
-    The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces
-    and drive torques; missing ones are skipped. Variations below the errors of the peaks by key
-    (`linkages.results.summary.judge`) are not drawn.
+    The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces,
+    torques of drives and motors; missing ones, and forces and torques of zero throughout, are skipped. Variations below
+    the errors of the peaks by key (`linkages.results.summary.judge`) are not drawn.
     """
     least = drawn_errors(errors or {}, assessment.noise)
     figures: dict[str, Callable[[Assessment], Figure]] = {
         f"output_{file_name(name)}": partial(output_figure, name=name, errors=least)
-        for name in assessment.system.experiment.outputs
+        for name in assessment.system.settings.outputs
     }
     if assessment.measured:
         figures["measured"] = measured_figure
@@ -73,8 +83,9 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
         figures["impacts"] = contacts_figure
     if assessment.system.tree.flexible:
         figures["links"] = links_figure
-    figures["joint_forces"] = partial(forces_figure, errors=least)
-    if assessment.system.experiment.driving:
+    if _acting(assessment, _forces(assessment), least):
+        figures["joint_forces"] = partial(forces_figure, errors=least)
+    if _acting(assessment, _torques(assessment), least):
         figures["drive_torques"] = partial(torques_figure, errors=least)
     with figure_style():
         return [write_figure(draw(assessment), folder / name) for name, draw in figures.items()]
@@ -87,32 +98,60 @@ def output_figure(assessment: Assessment, name: str, errors: Mapping[str, float]
 
 
 def forces_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
-    """Draw the force in each clearance joint, or else in every joint; below each, the difference."""
-    names = assessment.system.tree.play or tuple(assessment.system.mechanism.joint)
-    return _compare(assessment, {f"{name}.force": f"force in {name}" for name in names}, errors)
+    """Draw the force in each clearance joint, or else in every joint; below each, the difference.
+
+    Forces that are zero throughout are left out, as in gear pairs, unless all are zero.
+    """
+    labels = _forces(assessment)
+    return _compare(assessment, _acting(assessment, labels, errors) or labels, errors)
 
 
 def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
-    """Draw the torques of all drives that act, or forces for prismatic joints; below each, the difference."""
+    """Draw the torques of all drives that act and of motors, or forces for prismatic joints; below, the difference.
+
+    Torques that are zero throughout are left out, unless all are zero.
+    """
+    labels = _torques(assessment)
+    return _compare(assessment, _acting(assessment, labels, errors) or labels, errors)
+
+
+def _forces(assessment: Assessment) -> dict[str, str]:
+    """Label the forces of clearance joints, or else of all joints, by column."""
+    names = assessment.system.tree.play or tuple(assessment.system.joints)
+    return {f"{name}.force": f"force in {name}" for name in names}
+
+
+def _torques(assessment: Assessment) -> dict[str, str]:
+    """Label the torques and forces of actuators, or else of all drives, by column."""
     system, labels = assessment.system, {}
-    for drive in system.experiment.driving or system.experiment.drives:
-        kind = "force" if unit(system, f"{drive}.torque") == "N" else "torque"
-        labels[f"{drive}.torque"] = f"{kind} of {drive}"
-    return _compare(assessment, labels, errors)
+    for name in system.actuators or system.drives:
+        kind = "force" if unit(system, f"{name}.torque") == "N" else "torque"
+        labels[f"{name}.torque"] = f"{kind} of {name}"
+    return labels
+
+
+def _acting(assessment: Assessment, labels: Mapping[str, str], errors: Mapping[str, float] | None) -> dict[str, str]:
+    """Keep the labels of columns that are not zero throughout, within their errors, in the run and the ideal motion."""
+    least, motions = errors or assessment.noise, [one for one in (assessment.run, assessment.ideal) if one is not None]
+    return {
+        name: label
+        for name, label in labels.items()
+        if any(name in one.columns and resolved(one[name], least.get(name, 0.0)).any() for one in motions)
+    }
 
 
 def measured_figure(assessment: Assessment) -> Figure:
     """Draw each measured curve over the run, and below it the difference."""
-    mechanism = assessment.system.mechanism
+    colors = assessment.system.colors
     found = assessment.measured
-    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(found)))
+    figure = ShownFigure(figsize=(6.3, 0.8 + 3.0 * len(found)))
     axes = stacked_axes(figure, [3, 1] * len(found))
     for (name, one), top, bottom in zip(found.items(), axes[::2], axes[1::2], strict=True):
         run, (first, last) = assessment.run, one.time[[0, -1]]
         near = (run.time >= first) & (run.time <= last)
         drawn, factor = _shown(assessment, name, np.concatenate([one.values, one.computed]))
-        top.plot(one.time, factor * one.values, ".", color=OTHER, ms=2.5, label="measured")
-        color = color_for(mechanism, name)
+        top.plot(one.time, factor * one.values, ".", color=MEASURED, ms=2.5, label="measured")
+        color = color_for(colors, name)
         top.plot(run.time[near], factor * run[name][near], color=color, lw=1.2, label="computed")
         top.set_ylabel(axis_label(name, drawn))
         drawn, factor = _shown(assessment, name, one.residual)
@@ -129,56 +168,78 @@ def _compare(
 ) -> Figure:
     """Draw columns of the ideal motion and the run, and below each the difference; `around` is for margins [inches].
 
-    An integrated ideal linkage has rigid links without deformation columns.
+    An effect that is too small to be seen gets most of the height. A figure for one column of a page has no panels of
+    differences: their largest values are in the text. An integrated ideal linkage has rigid links without deformation
+    columns.
     """
-    figure = Figure(figsize=(6.3, around + 3.0 * len(labels)))
-    errors, mechanism = errors or assessment.noise, assessment.system.mechanism
-    run, ideal = assessment.run, assessment.ideal
-    flexible = bool(assessment.system.tree.flexible)
-    perfectly = "ideal joints, rigid links" if flexible else "ideal joints"
-    imperfect = ["clearance"] * bool(assessment.system.experiment.play) + ["flexible links"] * flexible
-    really = f"with {' and '.join(imperfect)}" if imperfect else "integrated"
-    apart, both = assessment.difference, [name for name in labels if ideal is not None and name in ideal.columns]
-    heights = [height for name in labels for height in ((3, 1) if name in both else (3,))]
-    axes = stacked_axes(figure, heights)
+    figure = ShownFigure(figsize=(6.3, around + 3.0 * len(labels)))
+    errors, narrow = errors or assessment.noise, one_column(figure)
+    told = {name: headline(assessment, name, label, errors.get(name, 0.0)) for name, label in labels.items()}
+    both = [name for name in labels if told[name].difference and not narrow]
+    heights = [height for name in labels for height in ((1, 2) if told[name].alike else (3, 1))[: 1 + (name in both)]]
+    axes = stacked_axes(figure, heights, _GAP + narrow * _SECOND, _LEFT)
     panels = iter(axes)
-    for name, label in labels.items():
-        top, error = next(panels), errors.get(name, 0.0)
-        values = resolved(run[name], error)
-        perfect = resolved(ideal[name], error) if ideal is not None and name in both else values
-        largest = np.abs(values).max()
-        unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
-        drawn, factor = _shown(assessment, name, values if unbounded else np.concatenate([values, perfect]))
-        if ideal is not None and name in both:
-            top.plot(ideal.time, factor * perfect, color=IDEAL, lw=3.0, label=perfectly)
-        top.plot(run.time, factor * values, color=color_for(mechanism, name), lw=1.0, label=really)
-        top.set_ylabel(axis_label(label, drawn))
-        if unbounded:  # at a dead point of the ideal linkage
-            top.set_ylim(-1.1 * factor * largest, 1.1 * factor * largest)
-        if name.endswith(".force"):
-            top.set_ylim(0.0, None)
-        if name not in both:  # a deflection: the links of the ideal motion are rigid
-            continue
-        bottom = next(panels)
-        difference = resolved(apart[name], error)
-        low, high = _limits(difference[apart.time >= assessment.counted_from])
-        drawn, factor = _shown(assessment, name, np.array([low, high]))
-        bottom.plot(apart.time, factor * difference, color="0.25", lw=0.8)
-        bottom.set(ylabel=axis_label("difference", drawn, "\n"), ylim=(factor * low, factor * high))
-        if difference.min() < low or difference.max() > high:
-            largest = np.abs(difference).max()
-            drawn, factor = _shown(assessment, name, largest)
-            note = f"at the start up to {factor * largest:.3g} {drawn}"
-            bottom.text(
-                1.0, 1.02, note, transform=bottom.transAxes, ha="right", va="bottom", fontsize="small"
-            )  # in the gap
-            top.tick_params(axis="x", length=0)
-    handles = axes[0].legend(**LEGEND).legend_handles
-    if len({color_for(mechanism, name) for name in labels}) > 1:
-        handles[-1].set_color(OTHER)  # of no single link
+    for name in labels:
+        top, one = next(panels), told[name]
+        _draw_both(assessment, top, name, errors.get(name, 0.0), narrow)
+        answer, note = one.short if narrow else (one.answer, "")
+        write_answer(top, answer, note, narrow)
+        if name in both:
+            bottom = next(panels)
+            late = _draw_difference(assessment, bottom, name, errors.get(name, 0.0))
+            write_answer(bottom, "", f"difference from ideal joints {one.difference}{late}")
+    handles = axes[0].get_legend_handles_labels()
+    legend = figure.legend(*handles, ncols=2, loc="lower right", borderaxespad=0.1, fontsize=small_text())
+    if len({color_for(assessment.system.colors, name) for name in labels}) > 1:
+        legend.get_lines()[-1].set_color(OTHER)  # of no single link
     figure.align_ylabels(axes)
-    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlabel("time [s]", loc="left")
+    axes[-1].set_xlim(first_drawn(assessment), assessment.run.time[-1])
+    sentences = [one.answer[:1].upper() + one.answer[1:] for one in told.values()]
+    figure.set_label(re.sub(r"\$_(.)\$", r"\1", ". ".join(sentences)) + ".")
     return figure
+
+
+def _draw_both(assessment: Assessment, axis: Axes, name: str, error: float, narrow: bool) -> None:
+    """Draw a column of the run, and of the ideal motion behind it."""
+    system, run, ideal = assessment.system, assessment.run, assessment.ideal
+    late = run.time >= first_drawn(assessment)
+    values = resolved(run[name], error)
+    compared = ideal is not None and name in ideal.columns
+    perfect = resolved(ideal[name], error) if ideal is not None and compared else values
+    largest = np.abs(values[late]).max()
+    unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
+    drawn, factor = _shown(assessment, name, values[late] if unbounded else np.concatenate([values[late], perfect]))
+    if ideal is not None and compared:
+        rigid = "ideal joints, rigid links" if system.tree.flexible and not narrow else "ideal joints"
+        axis.plot(ideal.time, factor * perfect, color=IDEAL, lw=IDEAL_LINE, label=rigid)
+    flexible = "flexible" if narrow else "flexible links"
+    imperfect = ["clearance"] * bool(system.play) + [flexible] * bool(system.tree.flexible)
+    label = f"with {(', ' if narrow else ' and ').join(imperfect)}" if imperfect else "integrated"
+    axis.plot(run.time, factor * values, color=color_for(system.colors, name), label=label)
+    axis.set_ylabel(f"[{drawn or 1}]")
+    if unbounded:  # at a dead point of the ideal linkage
+        axis.set_ylim(-1.1 * factor * largest, 1.1 * factor * largest)
+    elif not late.all():
+        seen = np.concatenate(
+            [values[late], perfect[ideal.time >= run.time[late][0]] if ideal is not None else perfect]
+        )
+        axis.set_ylim(*(factor * np.array(_limits(seen))))
+    if name.endswith(".force"):
+        axis.set_ylim(0.0, None)
+
+
+def _draw_difference(assessment: Assessment, axis: Axes, name: str, error: float) -> str:
+    """Draw the difference from the ideal motion; return its larger value at the start, if there is one."""
+    apart = assessment.difference
+    difference = resolved(apart[name], error)
+    low, high = _limits(difference[apart.time >= max(assessment.counted_from, first_drawn(assessment))])
+    drawn, factor = _shown(assessment, name, np.array([low, high]))
+    axis.plot(apart.time, factor * difference, color=SOFT, lw=0.8)
+    axis.set(ylabel=f"[{drawn or 1}]", ylim=(factor * low, factor * high))
+    largest = float(np.abs(difference).max())
+    outside = difference.min() < low or difference.max() > high
+    return f"; at the start {quantity(largest, unit(assessment.system, name), 3)}" if outside else ""
 
 
 def _shown(assessment: Assessment, name: str, values: np.ndarray) -> tuple[str, float]:
@@ -199,37 +260,43 @@ def links_figure(assessment: Assessment) -> Figure:
     """
     system, run = assessment.system, assessment.run
     names = list(system.tree.flexible)
-    figure = Figure(figsize=(6.3, 0.8 + 3.2 * len(names) + 1.4), layout="constrained")
-    grid = figure.add_gridspec(2 * len(names) + 1, 2, width_ratios=[3, 1])
+    figure = ShownFigure(figsize=(6.3, 0.8 + 3.2 * len(names) + 1.4), layout="constrained")
+    narrow = one_column(figure)
+    needs_height(figure, 1.25 * (2 * len(names) + 1))
+    grid = figure.add_gridspec(2 * len(names) + 1, 1 if narrow else 2, width_ratios=[3] if narrow else [3, 1])
     strain = figure.add_subplot(grid[-1, 0])
     left = [strain]
     for k, name in enumerate(names):
         deflection, stress = (figure.add_subplot(grid[2 * k + row, 0], sharex=strain) for row in (0, 1))
-        frames = [frame.name for frame in system.mechanism.frames if frame.link == name]
+        frames = [frame.name for frame in system.frames if frame.link == name]
         moved, most = {frame: run[f"{frame}.deflection"] for frame in frames}, run[f"{name}.deflection"]
         unit, factor = engineering("m", float(most.max()))
-        deflection.plot(run.time, factor * most, color="0.6", lw=0.9, label="largest magnitude")
+        deflection.plot(run.time, factor * most, color="0.6", lw=0.9, label="largest")
         for (frame, values), color in zip(moved.items(), COLORS * len(moved), strict=False):
             if np.abs(values).max() > 1e-6 * most.max():  # without the ends, which are on the chord
                 deflection.plot(run.time, factor * values, color=color, lw=0.9, label=frame)
-        deflection.set_ylabel(axis_label(f"{name}:\ndeflection", unit))
-        deflection.legend(**LEGEND)
-        values, place, color = run[f"{name}.stress"], run[f"{name}.stress_place"], color_for(system.mechanism, name)
+        deflection.set_ylabel(axis_label("deflection", unit, "\n"))
+        bent = f"{name}: bent by {quantity(float(most.max()), 'm', 3)}"
+        deflection.set_title(bent, loc="left", fontweight="bold", fontsize="medium")
+        deflection.legend(**LEGEND, fontsize=small_text(), handlelength=1.2, columnspacing=1.0)
+        values, place, color = run[f"{name}.stress"], run[f"{name}.stress_place"], color_for(system.colors, name)
         unit, factor = engineering("Pa", float(values.max()))
         stress.plot(run.time, factor * values, color=color, lw=1.0)
-        stress.set_ylabel(axis_label("largest\nstress", unit))
+        stress.set_ylabel(axis_label("largest stress", unit, "\n"))
+        top = int(values.argmax())
+        stress.plot(run.time[top], factor * values[top], "o", color=OTHER, ms=4)
+        left += [deflection, stress]
+        if narrow:
+            continue
         where = figure.add_subplot(grid[2 * k + 1, 1], sharey=stress)
         length = sum(piece.beam.length for piece in system.tree.flexible[name])
         along, scale = engineering("m", length)
         where.plot(scale * place, factor * values, ".", color=color, ms=1.5)
-        top = int(values.argmax())
-        for axis, x in ((stress, run.time[top]), (where, scale * place[top])):
-            axis.plot(x, factor * values[top], "o", color=OTHER, ms=4)
+        where.plot(scale * place[top], factor * values[top], "o", color=OTHER, ms=4)
         where.set(xlim=(0.0, scale * length), xlabel=axis_label("place along\nthe beam", along))
         where.tick_params(labelleft=False)
-        left += [deflection, stress]
     unit, factor = engineering("J", float(run["strain_energy"].max()))
     strain.plot(run.time, factor * run["strain_energy"], color=OTHER, lw=0.9)
-    strain.set(xlabel="time [s]", ylabel=axis_label("strain\nenergy", unit))
+    strain.set(xlabel="time [s]", ylabel=axis_label("strain energy", unit, "\n"))
     figure.align_ylabels(left)
     return figure

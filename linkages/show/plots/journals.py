@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -10,23 +12,41 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
+from linkages.base.brief import counted
+from linkages.base.palette import INK, PLAY, SOFT
 from linkages.input.model.skeleton import OTHER
 from linkages.results.assessment import Assessment, touching
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.trajectory import Trajectory
+from linkages.show.plots.quantities import number, quantity
 from linkages.show.plots.shown import ShownFigure, new_figure
-from linkages.show.plots.style import COLORS, LEGEND, axis_label, color_for, engineering, round_length, stacked_axes
+from linkages.show.plots.style import (
+    COLORS,
+    LEGEND,
+    axis_label,
+    color_for,
+    engineering,
+    needs_height,
+    one_column,
+    round_length,
+    small_text,
+    stacked_axes,
+    write_answer,
+)
 from linkages.system import System
 
 # phases of a journal: label, colour, width; distinct in grey too
 _PHASES = {
-    FREE: ("free flight", COLORS[5], 0.7),
-    SUSTAINED_CONTACT: ("sustained contact", "#1A1A1A", 1.4),
-    IMPACT: ("impact", COLORS[1], 1.4),
+    FREE: ("free flight", COLORS[3], 0.7),
+    SUSTAINED_CONTACT: ("sustained contact", INK, 1.4),
+    IMPACT: ("impact", PLAY, 1.4),
 }
 
 # marks of a journal, and of a guide's corners
 _MARKS = {"": "o", "upper": "o", "lower": "s", "corner1": "o", "corner2": "s", "corner3": "^", "corner4": "D"}
+_GAP, _LEFT = 0.3, 0.8  # room above a panel and at its left [in]
+_DOTTED = 10  # contacts with a dot, the largest ones
+_INSET, _MAGNIFIED = 0.4, 4.0  # size of a magnified orbit in its axes; least magnification
 _AROUND = 1.15  # axis limit over the drawn range
 _CHORD = 0.05  # distance of points of a drawn orbit over the clearance
 _MOST_SEGMENTS = 2000  # most refined segments of a drawn orbit
@@ -37,36 +57,44 @@ def orbits_figure(assessment: Assessment) -> Figure:
 
     The magnified view shows the orbit or, for a joint with contact, the penetration over the angle.
     """
-    experiment, mechanism = assessment.system.experiment, assessment.system.mechanism
+    joints, colors = assessment.system.joints, assessment.system.colors
     names = assessment.system.tree.journals
     touches = touching(assessment.system)
-    if len(names) == 1:  # side by side
+    rows = 2 if any(name in touches for name in names) else 1
+    if len(names) == 1 and rows == 2:  # side by side
         figure, axes = new_figure(3.4, 1, 2)
         axes = axes.reshape(2, 1)
     else:
-        figure, axes = new_figure(6.4, 2, len(names), width=3.15 * len(names))
-    for (whole, near), name in zip(axes.T, names, strict=True):
-        clearance = 1e6 * (experiment.joints[name].clearance or 0.0)
+        figure, axes = new_figure(3.3 * rows, rows, len(names), width=3.15 * max(len(names), 2), squeeze=False)
+    narrow = one_column(figure)
+    needs_height(figure, (2.3 if narrow else 1.6) * len(axes[:, 0]) + 0.7 * bool(touches))
+    for k, name in enumerate(names):
+        whole = axes[0, k]
+        clearance = 1e6 * (joints[name].clearance or 0.0)
         ex, ey = 1e6 * assessment.run[f"{name}.ex"], 1e6 * assessment.run[f"{name}.ey"]
         reach = _AROUND * max(clearance, float(np.hypot(ex, ey).max()))
         _draw_circle(whole, clearance)
         peak = float(np.max(assessment.run[f"{name}.eccentricity_ratio"]))
-        whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize="medium")
+        whole.set_title(f"{name}: e/c up to {number(peak, 3)}", fontsize="medium", fontweight="bold", loc="left")
         if name in touches:
             path, phase = finely(assessment, name)
             _draw_phases(whole, 1e6 * path, phase)
             whole.plot(ex[0], ey[0], "o", color=OTHER, ms=3.5)
-            _draw_wall(near, 1e6 * path, clearance, phase)
+            _draw_wall(axes[1, k], 1e6 * path, clearance, phase)
         else:
-            for axis in (whole, near):
-                axis.plot(ex, ey, color=color_for(mechanism, name), lw=1.0)
-                axis.plot(ex[0], ey[0], "o", color=OTHER, ms=3.5, label="start")
-            near.legend(loc="best")
-            _magnify(near, np.column_stack([ex, ey]), reach)
+            color = color_for(colors, name)
+            whole.plot(ex, ey, color=color, lw=1.0)
+            whole.plot(ex[0], ey[0], "o", color=OTHER, ms=3.5, label="start")
+            if not touches:
+                whole.legend(loc="lower left", fontsize=small_text())
+            _magnify(whole, np.column_stack([ex, ey]), reach, color)
+            if rows == 2:
+                axes[1, k].set_visible(False)
         whole.set(xlim=(-reach, reach), ylim=(-reach, reach))
-        for axis in (whole,) if name in touches else (whole, near):
-            axis.set_aspect("equal", adjustable="box")
-            axis.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]")
+        whole.set_aspect("equal", adjustable="box")
+        whole.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]")
+        for axis in axes[:, k]:
+            axis.locator_params(nbins=3 if narrow and axis is whole else 5, axis="both")
     if touches:
         filled = all(model.has_film for model in assessment.system.models if model.can_touch)
         handles = [
@@ -78,15 +106,24 @@ def orbits_figure(assessment: Assessment) -> Figure:
     return figure
 
 
-def _magnify(axis: Axes, path: Array, reach: float) -> None:
-    """Fit an orbit (nt, 2) into axes magnified by a round factor against axes from -reach to reach."""
+def _magnify(axis: Axes, path: Array, reach: float, color: str) -> None:
+    """Draw a small orbit (nt, 2) again, magnified by a round factor, inside axes from -reach to reach."""
     low, high = path.min(axis=0), path.max(axis=0)
     middle, half = 0.5 * (low + high), _AROUND * max(0.5 * float((high - low).max()), 1e-9 * reach)
-    times = round_length(max(reach / half, 1.0))[0]
-    around = np.array([-reach, reach]) / times
-    axis.set(xlim=middle[0] + around, ylim=middle[1] + around)
-    title = f"magnified {times:g} times" if times > 1.0 else "not magnified: the orbit is wide"
-    axis.set_title(title, fontsize="medium")
+    times = round_length(max(reach * _INSET / half, 1.0))[0]
+    if times < _MAGNIFIED:
+        return
+    left, below = (0.0 if value > 0.0 else 1.0 - _INSET for value in middle)  # in the corner opposite to the orbit
+    inset = axis.inset_axes((left, below, _INSET, _INSET))
+    inset.plot(*path.T, color=color, lw=1.0)
+    inset.plot(*path[0], "o", color=OTHER, ms=3.5)
+    around = np.array([-reach, reach]) * _INSET / times
+    inset.set(xlim=middle[0] + around, ylim=middle[1] + around, xticks=[], yticks=[])
+    inset.grid(False)
+    for side in inset.spines.values():
+        side.set(visible=True, color=SOFT)
+    look: dict[str, Any] = {"fontsize": small_text(), "color": SOFT, "va": "top"}
+    inset.text(0.04, 0.96, f"{times:g} times", transform=inset.transAxes, **look)
 
 
 def orbit(
@@ -108,11 +145,11 @@ def orbit(
     if axis is None:
         _, axis = new_figure(4.0, width=4.2)
     if not axis.patches:
-        _draw_circle(axis, 1e6 * (system.experiment.joints[joint].clearance or 0.0))
+        _draw_circle(axis, 1e6 * (system.joints[joint].clearance or 0.0))
     axis.plot(
         1e6 * run[f"{joint}.ex"],
         1e6 * run[f"{joint}.ey"],
-        color=color or color_for(system.mechanism, joint),
+        color=color or color_for(system.colors, joint),
         lw=1.0,
         label=label or joint,
     )
@@ -131,34 +168,45 @@ def contacts_figure(assessment: Assessment) -> Figure:
     for owner, label in sorted({(row.owner, row.joint) for row in assessment.contacts}):  # joints, corners of a guide
         joints.setdefault(owner, []).append(label)
     figure = ShownFigure(figsize=(6.3, 0.8 + (3.2 if len(joints) < 3 else 2.4) * len(joints)))
-    axes = stacked_axes(figure, [1.0] * (2 * len(joints)), gap=0.26)
-    run = assessment.run
+    axes = stacked_axes(figure, [1.0] * (2 * len(joints)), _GAP, _LEFT)
+    run, narrow, marked = assessment.run, one_column(figure), {}
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
-        kind_of = "joint" if name in assessment.system.mechanism.joint else "contact"
+        kind_of = "joint" if name in assessment.system.joints else "contact"
         units = ("N m", "rad/s") if f"{labels[0]}.torque" in run else ("N", "m/s")
-        force.set_title(f"{kind_of} {name}", loc="left", fontsize="medium")
-        corners = [label.removeprefix(name).removeprefix(".") for label in labels]
         own = [[row for row in assessment.contacts if row.joint == label] for label in labels]
-        for axis, quantity, si in zip((force, speed), ("peak_force", "approach_speed"), units, strict=True):
-            unit, factor = engineering(si, max(getattr(row, quantity) for rows in own for row in rows))
-            for label, corner, rows in zip(labels, corners, own, strict=True):
-                start, height = np.array([(row.start, factor * getattr(row, quantity)) for row in rows]).T
+        top = max((row for rows in own for row in rows), key=lambda row: row.peak_force)
+        hardest = quantity(top.peak_force, units[0])
+        said = f"{kind_of} {name}: {counted(sum(map(len, own)), 'contact')}, hardest {hardest}"
+        if not narrow:
+            said += f" at {quantity(top.start, 's', 3)}"
+        write_answer(force, said, "" if narrow else "peak force")
+        write_answer(speed, "", "approach speed")
+        for axis, quantity_, si in zip((force, speed), ("peak_force", "approach_speed"), units, strict=True):
+            unit, factor = engineering(si, max(getattr(row, quantity_) for rows in own for row in rows))
+            heights = sorted((getattr(row, quantity_) for rows in own for row in rows), reverse=True)
+            least = heights[min(len(heights), _DOTTED) - 1]
+            for label, rows in zip(labels, own, strict=True):
+                corner = label.removeprefix(name).removeprefix(".")
+                start, height = np.array([(row.start, getattr(row, quantity_)) for row in rows]).T
                 kind = phases(run, label)[np.searchsorted(run.time, start)]
                 for code in (IMPACT, SUSTAINED_CONTACT):
                     color, chosen = _PHASES[code][1], kind == code
-                    axis.vlines(start[chosen], 0.0, height[chosen], color=color, lw=1.0)
-                    axis.plot(start[chosen], height[chosen], _MARKS[corner], color=color, ms=3.5)
-            axis.set_ylabel(axis_label(quantity.replace("_", " "), unit))
-        if len(labels) > 1:
-            marks = [Line2D([], [], color="0.4", marker=_MARKS[corner], ms=3.5, lw=0.0) for corner in corners]
-            speed.legend(marks, [corner.replace("corner", "corner ") for corner in corners], ncols=4, loc="upper right")
-            speed.margins(y=0.35)  # space for the legend
-        for axis in (force, speed):
+                    axis.vlines(start[chosen], 0.0, factor * height[chosen], color=color, lw=1.0)
+                    large = chosen & (height >= least)
+                    mark = "o" if narrow else _MARKS[corner]
+                    axis.plot(start[large], factor * height[large], mark, color=color, ms=3.5)
+                if len(labels) > 1 and not narrow:
+                    marked[corner.replace("corner", "corner ")] = _MARKS[corner]
+            axis.set_ylabel(f"[{unit}]")
             axis.set_ylim(0.0, None)
-    handles = [Line2D([], [], color=_PHASES[code][1], lw=2.0) for code in (IMPACT, SUSTAINED_CONTACT)]
-    axes[0].legend(handles, [_PHASES[code][0] for code in (IMPACT, SUSTAINED_CONTACT)], **LEGEND)
+    looks = [_PHASES[code][:2] for code in (IMPACT, SUSTAINED_CONTACT)]
+    handles = [Line2D([], [], color=color, lw=2.0, label=label) for label, color in looks]
+    handles += [Line2D([], [], color=SOFT, marker=mark, ms=3.5, lw=0.0, label=label) for label, mark in marked.items()]
+    look: dict[str, Any] = {"fontsize": small_text(), "borderaxespad": 0.1, "columnspacing": 1.0, "handlelength": 1.2}
+    figure.legend(handles=handles, ncols=len(handles), loc="lower right", **look)
     figure.align_ylabels(axes)
-    axes[-1].set(xlabel="start of the contact [s]", xlim=(run.time[0], run.time[-1]))
+    axes[-1].set_xlabel("start [s]", loc="left")
+    axes[-1].set_xlim(run.time[0], run.time[-1])
     return figure
 
 
@@ -171,7 +219,7 @@ def finely(assessment: Assessment, name: str) -> tuple[Array, NDArray[np.int64]]
     """
     run, phase = assessment.run, phases(assessment.run, name)
     e = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])
-    chord = _CHORD * (assessment.system.experiment.joints[name].clearance or np.inf)
+    chord = _CHORD * (assessment.system.joints[name].clearance or np.inf)
     counts = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_SEGMENTS)
     extra = int(np.sum(counts - 1))
     if not run.evaluate or not 0 < extra <= _MOST_SEGMENTS:
@@ -196,7 +244,7 @@ def _draw_wall(axis: Axes, path: Array, clearance: float, phase: NDArray[np.int6
     axis.axhline(0.0, color="0.3", lw=1.0, zorder=1)
     axis.set(xlim=(-180.0, 180.0), ylim=(bottom, top), xticks=range(-180, 181, 90))
     axis.set(xlabel="angle of e [deg]", ylabel="penetration e $-$ c [µm]")
-    axis.text(-175.0, 0.94 * top, "in the wall", va="top", fontsize="small", color="0.3")
+    axis.text(-175.0, 0.94 * top, "in the wall", va="top", fontsize=small_text(), color=SOFT)
 
 
 def _draw_phases(axis: Axes, points: Array, phase: NDArray[np.int64]) -> None:
@@ -216,17 +264,22 @@ def guides_figure(assessment: Assessment) -> Figure:
     """
     system, run = assessment.system, assessment.run
     names = [name for name in system.tree.play if name not in system.tree.journals]
-    figure, axes = new_figure(2.9 * len(names), len(names), 2, squeeze=False, width_ratios=[2, 3])
+    narrow = one_column(Figure(figsize=(6.3, 2.9)))
+    shape: dict[str, Any] = {"width_ratios": [2, 3]} if not narrow else {}
+    rows, columns = (2 * len(names), 1) if narrow else (len(names), 2)
+    figure, axes = new_figure(2.9 * len(names), rows, columns, squeeze=False, **shape)
+    needs_height(figure, 2.4 * rows)
+    axes = axes.reshape(-1, 2)
     for (whole, ends), name in zip(axes, names, strict=True):
-        joint = system.mechanism.joint[name]
-        clearance = system.experiment.joints[name].clearance or 0.0
+        joint = system.joints[name]
+        clearance = system.joints[name].clearance or 0.0
         unit, factor = engineering("m", clearance)
         middle = factor * run[f"{name}.offset"]
         lift = factor * run[f"{name}.tilt"] * (0.5 * joint.slot.length if joint.slot is not None else 0.0)
         wall = factor * clearance
         rim = wall * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
         whole.fill(*rim.T, facecolor="0.95", edgecolor="0.3", lw=1.2)
-        whole.plot(lift, middle, color=color_for(system.mechanism, name), lw=0.7)
+        whole.plot(lift, middle, color=color_for(system.colors, name), lw=0.7)
         whole.plot(lift[0], middle[0], "o", color=OTHER, ms=3.5, label="start")
         whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize="medium")
         whole.set_aspect("equal", adjustable="datalim")

@@ -13,6 +13,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 from numpy.typing import NDArray
 
+from linkages.base import palette
 from linkages.base.arrays import Array
 from linkages.input.files.writing import json_text
 from linkages.results.trajectory import Trajectory
@@ -27,10 +28,14 @@ def own_text(package: str, name: str) -> str:
 
 
 def filled(template: str, **values: Any) -> str:
-    """Fill a template: texts are escaped unless they are `Markup`, and a missing value is an error."""
+    """Fill a template: texts are escaped unless they are `Markup`, and a missing value is an error.
+
+    ``{{ colors() }}`` writes the variables of all colours, ``{{ colors(dark=False) }}`` those on light paper alone.
+    """
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
+    environment.globals["colors"] = lambda dark=True: Markup(palette.css(dark=dark))
     return environment.from_string(template).render(values)
 
 
@@ -39,9 +44,9 @@ def embedded(content: Any) -> Markup:
     return Markup(json_text(content).strip().replace("<", "\\u003c"))
 
 
-def columns(outputs: Iterable[str], play: Iterable[str], drives: Iterable[str]) -> list[str]:
-    """Return the names of the main columns: outputs, forces in clearance joints, drive torques."""
-    others = *(f"{name}.force" for name in play), *(f"{name}.torque" for name in drives)
+def columns(outputs: Iterable[str], play: Iterable[str], actuators: Iterable[str]) -> list[str]:
+    """Return the names of the main columns: outputs, forces in clearance joints, torques of drives and motors."""
+    others = *(f"{name}.force" for name in play), *(f"{name}.torque" for name in actuators)
     return [*dict.fromkeys([*outputs, *others])]
 
 

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import notice
-from linkages.input.model.experiment import BENDING_QUANTITIES, QUANTITIES
-from linkages.input.model.mechanism import Mechanism
-from linkages.input.model.skeleton import color_of
+from linkages.base.palette import AXIS_LINE, DATA_LINE, GRID_LINE, GRID_SHADE, INK, LEAST_SIZE, LINKS, SIZES, SOFT
+from linkages.input.model.output_names import BENDING_QUANTITIES, QUANTITIES
+from linkages.input.model.skeleton import OTHER
 from linkages.show.plots.presentation import presentation, shown
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-#: Okabe and Ito's palette: distinct to colour-blind readers, and in grey.
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-#: Of the motion with ideal joints, wide behind the run; on the live page too.
-IDEAL = "#BFC4CA"
+#: Colours of curves that belong to no link; see `linkages.base.palette`.
+COLORS = LINKS
 #: Line styles in the order of the colours.
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
@@ -37,9 +36,22 @@ def look(k: int) -> dict[str, Any]:
 LEGEND: dict[str, Any] = {"ncols": 2, "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
 
 _STYLE: dict[Any, Any] = {
-    "font.size": 9,
+    "font.size": SIZES[0],
+    "font.sans-serif": ["DejaVu Sans"],
+    "text.color": INK,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.labelpad": 6.0,
+    "axes.linewidth": AXIS_LINE,
     "axes.grid": True,
-    "grid.alpha": 0.3,
+    "axes.axisbelow": True,
+    "grid.alpha": GRID_SHADE,
+    "grid.linewidth": GRID_LINE,
+    "grid.color": SOFT,
+    "lines.linewidth": DATA_LINE,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.unicode_minus": True,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "figure.dpi": 150,
@@ -51,13 +63,15 @@ _STYLE: dict[Any, Any] = {
 _PRINT = {
     "font.size": 7,
     "figure.dpi": 300,
-    "axes.linewidth": 0.5,
-    "grid.linewidth": 0.4,
     **{f"{axis}tick.major.{key}": value for axis in "xy" for key, value in (("width", 0.5), ("size", 2.5))},
 }
-_DATES = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # none in the files
+_DATES: dict[str, dict[str, Any]] = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # none in the files
+_DESCRIPTION = {"png": "Description", "pdf": "Subject", "svg": "Description"}
 #: Margins of stacked axes [inches], and the gap between two of them.
 _LEFT, _RIGHT, _TOP, _BOTTOM, _GAP = 0.98, 0.22, 0.34, 0.46, 0.14
+_SHALLOW = 0.62  # least height of a panel on average [inches]
+_COLUMN = 100.0 / 25.4  # width of figures below which they have one column of a page [in]
+_LEAST = "least_height"  # attribute of a figure [in]
 _WIDE = 1.25  # of a figure, in parts of its margins: those of smaller ones shrink
 _SMALL = math.radians(0.1)  # smaller angles are shown in mrad or less [rad]
 _RAISED = str.maketrans("23", "²³")
@@ -79,31 +93,70 @@ def figure_style() -> AbstractContextManager[None]:
     """Return a context with the style of all figures, as presented; settings outside are unchanged."""
     import matplotlib as mpl
 
-    return mpl.rc_context(_STYLE | (_PRINT if presentation().style == "print" else {}))
+    asked = presentation()
+    small = asked.style == "print" or (asked.size is not None and asked.size[0] < _COLUMN)
+    return mpl.rc_context(_STYLE | (_PRINT if small else {}))
 
 
 def resize(figure: Figure) -> None:
-    """Give a figure the presented size, if there is one."""
+    """Give a figure the presented size, if there is one, or the height that its panels need."""
     if asked := presentation().size:
         width, height = figure.get_size_inches()
-        figure.set_size_inches(asked[0], asked[1] or asked[0] * height / width)
+        figure.set_size_inches(asked[0], max(asked[1] or asked[0] * height / width, getattr(figure, _LEAST, 0.0)))
 
 
-def stacked_axes(figure: Figure, heights: Sequence[float], gap: float = _GAP) -> NDArray[Any]:
+def one_column(figure: Figure) -> bool:
+    """Check whether a figure is drawn for one column of a page, which has room for the essential alone."""
+    return bool((presentation().size or figure.get_size_inches())[0] < _COLUMN)
+
+
+def needs_height(figure: Figure, least: float) -> None:
+    """Give a figure at least a height [in at 9 pt], however small it is asked to be; its texts would overlap else."""
+    import matplotlib as mpl
+
+    setattr(figure, _LEAST, least * mpl.rcParams["font.size"] / SIZES[0])
+    resize(figure)
+
+
+def small_text() -> float:
+    """Return the size of notes [pt]."""
+    import matplotlib as mpl
+
+    return max(0.85 * float(mpl.rcParams["font.size"]), LEAST_SIZE)
+
+
+def write_answer(axis: Axes, answer: str, note: str = "", second: bool = False) -> None:
+    """Write the answer of a panel above it, and a note: at the right, or in a second line, both from the left edge."""
+    from matplotlib.transforms import blended_transform_factory
+
+    line, figure = 1.35 * small_text(), axis.figure
+    across = figure.transFigure if second and figure is not None else axis.transAxes
+    left = blended_transform_factory(across, axis.transAxes)
+    start = 0.02 if second else 0.0
+    above: dict[str, Any] = {"textcoords": "offset points", "va": "bottom"}
+    if answer:
+        high = 3.0 + line * (second and bool(note))
+        axis.annotate(answer, (start, 1.0), (0.0, high), left, fontweight="bold", **above)
+    if note:
+        place, side = ((start, 1.0), "left") if second else ((1.0, 1.0), "right")
+        axis.annotate(note, place, (0.0, 3.0), left, ha=side, color=SOFT, fontsize=small_text(), **above)
+
+
+def stacked_axes(figure: Figure, heights: Sequence[float], gap: float = _GAP, left: float = _LEFT) -> NDArray[Any]:
     """Add axes (n,) of relative heights over one abscissa, from the top, within fixed margins [inches].
 
+    A figure that is too small for its panels gets the height that they need.
     matplotlib's constrained layout measures every text several times, which takes longer than the drawing.
     """
     import matplotlib as mpl
 
-    resize(figure)
+    count, top = len(heights), max(_TOP, gap)
+    needs_height(figure, top + _BOTTOM + (count - 1) * gap + count * _SHALLOW)
     width, height = figure.get_size_inches() * _STYLE["font.size"] / mpl.rcParams["font.size"]
-    width, height = max(width, _WIDE * (_LEFT + _RIGHT)), max(height, _WIDE * (_TOP + _BOTTOM))
-    count, inside = len(heights), height - _TOP - _BOTTOM
-    gap = min(gap, 0.5 * inside / max(count - 1, 1))  # many panels on a small figure keep half of its height
-    mean = (inside - (count - 1) * gap) / count
-    sides = {"left": _LEFT / width, "right": 1.0 - _RIGHT / width}
-    ends = {"top": 1.0 - _TOP / height, "bottom": _BOTTOM / height}
+    width, height = max(width, _WIDE * (left + _RIGHT)), max(height, _WIDE * (top + _BOTTOM))
+    mean = (height - top - _BOTTOM - (count - 1) * gap) / count
+    sides = {"left": left / width, "right": 1.0 - _RIGHT / width}
+    ends = {"top": 1.0 - top / height, "bottom": _BOTTOM / height}
     grid = {**sides, **ends, "hspace": gap / mean, "height_ratios": heights}
     return figure.subplots(count, 1, sharex=True, squeeze=False, gridspec_kw=grid)[:, 0]
 
@@ -123,15 +176,21 @@ def save_figure(figure: Figure, path: Path, format: str) -> None:
     with warnings.catch_warnings(record=True) as said:
         warnings.filterwarnings("always", "constrained_layout not applied")
         if format == "png":
-            FigureCanvasAgg(figure).print_png(path)
+            FigureCanvasAgg(figure).print_png(path, metadata=_described(figure, format))
         else:
             with figure_style():
-                figure.savefig(path, format=format, metadata=_DATES.get(format))
+                figure.savefig(path, format=format, metadata=_described(figure, format))
     for one in said:
         if "constrained_layout not applied" in str(one.message):
             notice(f"{path.name} is too small for its panels, which overlap; give a larger size")
         else:
             warnings.warn(one.message, stacklevel=2)
+
+
+def _described(figure: Figure, format: str) -> dict[str, Any]:
+    """Return the metadata of a file: no dates, and the answer of the figure, which pages have as alternative text."""
+    said = str(figure.get_label())
+    return {**_DATES.get(format, {}), **({_DESCRIPTION[format]: said} if said else {})}
 
 
 def engineering(unit: str, largest: float) -> tuple[str, float]:
@@ -166,9 +225,9 @@ def asked_points(outputs: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(point for point, _, what in parts if what in moving))
 
 
-def color_for(mechanism: Mechanism | None, output: str) -> str:
-    """Return the colour of an output's curve: its link's (`linkages.input.model.skeleton.color_of`), if it is known."""
-    return color_of(mechanism, output.partition(".")[0]) if mechanism else COLORS[0]
+def color_for(colors: Mapping[str, str] | None, output: str) -> str:
+    """Return the colour of an output's curve: its link's (`System.colors`), if they are known."""
+    return COLORS[0] if colors is None else colors.get(output.partition(".")[0], OTHER)
 
 
 def typeset(unit: str) -> str:

@@ -9,6 +9,9 @@ from typing import Any
 
 from linkages.base.errors import Status, listed
 from linkages.input.files.magnitudes import rounded
+from linkages.results.shape import peaks_by_key
+from linkages.results.warnings import relative
+from linkages.show.plots.quantities import change, quantity, share
 from linkages.show.plots.style import engineering
 from linkages.show.report import words
 from linkages.show.report.result_folder import Results
@@ -43,13 +46,44 @@ def answer(summary: dict[str, Any], file: str) -> list[str]:
     """Answer the question of a run of an experiment's file in three sentences; a first one if it ended early."""
     shown = words.reported(summary)
     play = {name: joint for name, joint in shown["joints"].items() if "eccentricity_ratio" in joint}
-    gears = {name: load for name, load in shown.get("loads", {}).items() if "impacts" in load}
+    loose = {name: load for name, load in shown.get("loads", {}).items() if "impacts" in load}
     status = Status(summary["status"])
     if status is Status.OK:
-        return [_action(play, gears), _effect(shown, summary["warnings"]), _trial(play, summary, file)]
+        return [_action(play, loose), _effect(shown, summary["warnings"]), _trial(play, summary, file)]
     asked = f"{summary['duration']:.4g} s of {summary['provenance']['experiment']['duration']:g} s"
     ended = f"The run ended early, at {asked}, with the status {status.value}; the numbers belong to this part."
-    return [ended, _action(play, gears), _effect(shown, summary["warnings"]), f"Next, {status.remedy}."]
+    return [ended, _action(play, loose), _effect(shown, summary["warnings"]), f"Next, {status.remedy}."]
+
+
+def tiles(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the four numbers of the first screen, each with its meaning."""
+    shown, ideal = words.reported(summary), words.perfect(words.reported(summary))
+    found = []
+    forces = {name: joint["force"]["peak"] for name, joint in shown["joints"].items() if joint["force"]["peak"]}
+    if forces:
+        name = max(forces, key=forces.__getitem__)
+        told = change(forces[name], ideal["joints"][name]["force"]["peak"] or 0.0)
+        found.append((quantity(forces[name], "N"), f"largest joint force, in {name}" + (f"; {told}" if told else "")))
+    films = {
+        name: joint["film_thickness"]["min"] for name, joint in shown["joints"].items() if "film_thickness" in joint
+    }
+    contact = {
+        name: joint["contact_fraction"] for name, joint in shown["joints"].items() if joint.get("contact_fraction")
+    }
+    if contact:
+        name = max(contact, key=contact.__getitem__)
+        found.append((share(contact[name]), f"of the time in contact, joint {name}"))
+    elif films:
+        name = min(films, key=films.__getitem__)
+        found.append((quantity(films[name], "m", 3), f"thinnest oil film, in {name}"))
+    kind = (summary.get("motion") or {}).get("kind")
+    found.append((kind or summary["status"], "motion at the end of the run" if kind else "status of the run"))
+    peaks = peaks_by_key(summary)
+    estimated = {key: error for key, error in summary["error"].items() if key in peaks}
+    errors = [part for _, part in relative(peaks, estimated) if part < 1.0]
+    if errors:
+        found.append((share(max(errors[0], 1e-4)), "largest error of a peak, estimated"))
+    return found
 
 
 def remarks(summary: dict[str, Any]) -> list[str]:
@@ -61,8 +95,8 @@ def remarks(summary: dict[str, Any]) -> list[str]:
     return [_sentence(line) for line in (*found, *words.motion_lines(summary), *signals)]
 
 
-def _action(play: dict[str, Any], gears: dict[str, Any]) -> str:
-    """Tell how the joints with clearance work, on a film, in contact, or neither, and the gears with backlash."""
+def _action(play: dict[str, Any], loose: dict[str, Any]) -> str:
+    """Tell how the joints with clearance work, on a film, in contact, or neither, and the flanks of loose couplings."""
     touching = {name: joint for name, joint in play.items() if joint["impacts"] or joint["contact_fraction"]}
     riding = {name: joint for name, joint in play.items() if name not in touching and "film_thickness" in joint}
     free = [name for name in play if name not in touching | riding]
@@ -73,8 +107,8 @@ def _action(play: dict[str, Any], gears: dict[str, Any]) -> str:
     if free:
         said.append(f"joint{'s'[: len(free) > 1]} {listed(free)} {'do' if len(free) > 1 else 'does'} not touch")
     said += [] if play else ["all joints are ideal"]
-    for name, gear in gears.items():
-        times, part = _times(gear["impacts"]), words.percent(gear["contact_fraction"])
+    for name, load in loose.items():
+        times, part = _times(load["impacts"]), words.percent(load["contact_fraction"])
         said.append(f"the flanks of {name} touch {times} and are in contact for {part} of the time")
     return _sentence("; ".join(said))
 
@@ -114,7 +148,7 @@ def _effect(shown: dict[str, Any], warned: Sequence[dict[str, Any]]) -> str:
         said.append(f"the peak of {name} is {_changed(known[name])}")
     every = {name: joint["force"]["peak"] for name, joint in shown["joints"].items()}
     forces, unknown = {name: peak for name, peak in every.items() if peak is not None}, words.unknown(every)
-    if forces:
+    if any(forces.values()):
         name = max(forces, key=forces.__getitem__)
         exact = ideal["joints"][name]["force"]["peak"] if said else None
         beside = f", {_changed(forces[name] / exact)}" if exact else ""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import base64
+import html
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ from urllib.parse import unquote
 from markupsafe import Markup
 
 from linkages.base.errors import InputError
+from linkages.base.palette import css
 from linkages.input.files.writing import whole
 from linkages.results.measured import load_measured
 from linkages.results.trajectory import load_trajectory
@@ -33,7 +36,7 @@ def write_page(path: Path, text: str) -> None:
 
 def report_page(name: str, **values: Any) -> str:
     """Fill a template of this package, with a macro for tables."""
-    return filled(own("table.html") + own(name), style=Markup(own("page.css")), **values)
+    return filled(own("table.html") + own(name), style=Markup(css() + own("page.css")), **values)
 
 
 def render(results: Results) -> str:
@@ -66,7 +69,18 @@ def _figure(path: Path, compared: bool) -> dict[str, str]:
         caption = f"{output} over time, ideal joints and clearance; below: their difference."
     if not compared:
         caption = caption.replace(", ideal joints and clearance; below: their difference", "")
-    return {"caption": caption, "source": data_uri(path)}
+    return {"caption": caption, "source": data_uri(path), "answer": described(path) or caption}
+
+
+def described(path: Path) -> str:
+    """Read the answer of a figure from its file; empty if it has none."""
+    if path.suffix == ".svg":
+        found = re.search(r"<dc:description>(.*?)</dc:description>", path.read_text(encoding="utf-8"), re.DOTALL)
+        return html.unescape(found[1]).strip() if found else ""
+    from PIL import Image  # of matplotlib
+
+    with Image.open(path) as picture:
+        return str(picture.info.get("Description", ""))
 
 
 def data_uri(path: Path) -> str:
@@ -87,7 +101,8 @@ def curves_of(results: Results) -> list[dict[str, Any]]:
     files = (results.folder / name for name in ("trajectory.npz", "ideal.npz"))
     run, ideal = (load_trajectory(path) if path.is_file() else None for path in files)
     drives = [name for name, drive in results.summary["drives"].items() if drive.get("acts", True)]
-    names = columns(results.summary["outputs"], results.play, drives)
+    actuators = [*drives, *results.experiment.get("motors", {})]
+    names = columns(results.summary["outputs"], results.play, actuators)
     errors = {name: results.summary["error"].get(f"{name}.peak") or 0.0 for name in names}
     found = results.folder / "measured.npz"
     try:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
 
+from linkages.elements.element import Element
+from linkages.elements.machine import KINDS, TABLES, all_elements_of
+from linkages.elements.outputs import Source
 from linkages.input.files.magnitudes import rounded
 from linkages.input.files.table_keys import bracketed, table_keys
 from linkages.input.files.toml import leaves
 from linkages.input.files.unit_conversion import SLIDING
 from linkages.input.model.experiment import Experiment, value_unit
+from linkages.results.impacts import QUANTITIES
 from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report import words
@@ -99,10 +103,10 @@ def _joints(results: Results) -> PageTable:
 def _drives(results: Results) -> PageTable | None:
     """Tabulate the drives that act; None without any."""
     rows, shown = [], words.reported(results.summary)
-    for label, key, value, exact in words.effort_rows(shown, "drives"):
+    for label, key, value, exact, si in words.effort_rows(shown, "drives"):
         judged = (words.change(value["peak"], exact["peak"]), error(results, key))
         peaks, work = (map(number, (exact[one], value[one])) for one in ("peak", "work"))
-        rows.append((label, *peaks, *judged, *work, *_whole(results, key)))
+        rows.append((f"{label} [{shown_unit(si)}]", *peaks, *judged, *work, *_whole(results, key)))
     head = (
         "drive",
         "ideal peak",
@@ -166,20 +170,30 @@ def impacts(results: Results) -> PageTable | None:
     caption = f"Contacts, {len(results.impacts)} in all"
     if len(results.impacts) > len(hardest):
         caption += f"; the {_SHOWN} hardest are shown; impacts.csv has all"
-    meshes = results.experiment.get("gears", {}) | results.experiment.get("couplings", {})
-    loads = results.summary.get("loads", {})
-    if turning := [k for k, mesh in meshes.items() if mesh.get("backlash", {}).get("play") and "torque" in loads[k]]:
+    if turning := _turning(results):
         caption += f"; of {', '.join(turning)} angles and torques: read rad for m and N m for N"
-    head = (
-        "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
-        "peak penetration [µm]", "separation [m/s]", "peak normal force [N]",
-    )  # fmt: skip
-    scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0, 1.0)
+    head = ("joint", *(shown.head for shown in QUANTITIES.values()))
     rows = []
     for joint, *values in (astuple(row) for row in sorted(hardest, key=lambda row: row.start)):
-        scaled = (scale * value for scale, value in zip(scales, values, strict=True))
+        scaled = (shown.scale * value for shown, value in zip(QUANTITIES.values(), values, strict=True))
         rows.append((joint, *(words.NONE if math.isnan(value) else number(value) for value in scaled)))
     return PageTable(caption, head, rows)
+
+
+def _turning(results: Results) -> list[str]:
+    """Name the elements whose contacts are in the table with angles and torques."""
+    loads = results.summary.get("loads", {})
+    tables = {table: results.experiment.get(table, {}) for table in TABLES}
+    parts = all_elements_of(tables, (kind for kind in KINDS if kind.derived is None))
+    return [
+        name for kind, name, given in parts if "impacts" in loads.get(name, {}) and _gives(kind, given, loads[name])
+    ]
+
+
+def _gives(kind: Element[Any], given: Mapping[str, Any], load: Mapping[str, Any]) -> bool:
+    """Tell whether the contacts of an element give torques; `load` are its numbers."""
+    outputs = kind.outputs_of(kind.keys.model_validate(given), lambda joint: "torque" not in load)
+    return any(one.effort == "torque" for one in outputs if one.source is Source.CONTACT)
 
 
 def provenance(results: Results) -> PageTable:

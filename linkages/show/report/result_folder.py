@@ -16,7 +16,7 @@ from linkages.input.model.experiment import experiment_of
 from linkages.input.model.experiment_tables import JointModel
 from linkages.input.model.mechanism import load_mechanism
 from linkages.results.impacts import Impact, read_impacts
-from linkages.results.shape import Summary
+from linkages.results.shape import SummaryFile
 from linkages.system import System
 
 #: Figures with their captions, in the order of the page, after the outputs'.
@@ -90,7 +90,7 @@ def load_results(folder: str | Path) -> Results:
         raise InputError(str(folder), "", f"is not a folder; {_HINT}")
     if not (folder / "summary.json").exists():
         raise InputError(str(folder), "summary.json", f"is missing; {_HINT}")
-    summary = read_json(folder / "summary.json", Summary, _HINT)
+    summary = read_json(folder / "summary.json", SummaryFile, _HINT)
     first = [*(f"output_{file_name(name)}" for name in summary["outputs"]), *FIGURES]
     order = {stem: k for k, stem in enumerate(first)}
     found = (path for path in folder.iterdir() if path.suffix in PICTURES and path.stem != "drawing")

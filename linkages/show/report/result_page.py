@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from linkages.base.brief import counted
-from linkages.results.shape import Record, WearContent
+from linkages.results.file_shapes import Record, WearContent
 from linkages.show.plots.style import typeset
 from linkages.show.report.page import data_uri, report_page, write_page
 from linkages.show.report.page_tables import PageTable, number
@@ -18,10 +18,12 @@ from linkages.show.report.result_folder import PICTURES, read_json, read_page
 #: What a command was asked and what it found; content of ``linkages wear``.
 RECORD, WEAR = "record.json", "wear.json"
 
+_MOVING = ("wear.html", "animation.html", "drawing.html")  # pages that move, of which one is shown
 _HINT = "give the --out folder of a command"
 _LENGTHS = (("volume", 1e9), ("depth", 1e6), ("play", 1e6))
 WEAR_QUESTION = "How do the joints wear over the service life, and what does the wear change?"
 _CAPTIONS = {
+    "drawing": "The mechanism at the start: links, joints, drives and loads.",
     "wear_history": "Worn volume, depth and clearance; peaks of forces, torques and jitter over the initial peaks.",
     "sweep": "Peaks over the variable; where the motion does not repeat, of each revolution.",
     "branches": "Branches of periodic motions over the variable; unstable ones are dashed.",
@@ -55,13 +57,14 @@ def write_result_report(folder: Path, path: Path) -> None:
     if worn:
         record |= {"title": f"{worn['title'] or worn['experiment']}: wear", "answer": wear_answer(worn)}
     words, out = record["words"], f"results/{folder.resolve().name}"
-    pictures = sorted(one for one in folder.iterdir() if one.suffix in PICTURES)
+    found = sorted(one for one in folder.iterdir() if one.suffix in PICTURES)
+    pictures = {one.stem: one for one in found}.values()  # a figure in two formats is shown once
     text = report_page(
         "result.html",
         **{key: record[key] for key in ("title", "question", "answer", "versions")},
         text=record["table"],
         tables=[_joints(worn), _peaks(worn), _stages(worn)] if worn else [],
-        animation=read_page(folder / ("wear.html" if worn else "animation.html")),
+        animation=next((page for name in _MOVING if (page := read_page(folder / name)) is not None), None),
         figures=[{"caption": _caption(one.stem), "source": data_uri(one)} for one in pictures],
         commands=[shlex.join(["linkages", *words, "--out", out]), shlex.join(["linkages", "report", out])]
         if words

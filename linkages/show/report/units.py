@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import deepcopy
 from functools import cache
 from types import MappingProxyType
 from typing import Any
 
+from linkages.input.files.writing import content_of
 from linkages.results.outputs.registry import OWNERS
 from linkages.show.plots.presentation import shown
 
@@ -31,9 +31,9 @@ def _declared() -> dict[str, tuple[str, str]]:
     return found
 
 
-def as_shown(summary: dict[str, Any]) -> dict[str, Any]:
+def as_shown(summary: Mapping[str, Any]) -> dict[str, Any]:
     """Return a summary with its numbers in the presented units; the keys ``unit`` remain those of SI."""
-    found = deepcopy(summary)
+    found: dict[str, Any] = content_of(summary)
     windows = found.get("windows", {}).values()
     for numbers in (found, *windows):
         for part in (numbers, numbers.get("ideal") or {}):

@@ -10,10 +10,9 @@ from typing import Any
 
 import tomlkit
 
-from linkages.base.errors import Status, listed
+from linkages.base.errors import ARGUMENT, COMMAND_LINE, Status, listed
 from linkages.input.files.magnitudes import rounded
-from linkages.input.model.experiment import ARGUMENT, COMMAND_LINE
-from linkages.results.characteristics import peaks_by_key
+from linkages.results.shape import peaks_by_key
 from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report.result_folder import Results
@@ -118,15 +117,14 @@ def link_rows(shown: dict[str, Any]) -> Iterator[tuple[str, float | None, dict[s
             yield f"{name}.{quantity}", exact, found
 
 
-def effort_rows(shown: dict[str, Any], kind: str) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
-    """Yield label, key of the peak, entry, and entry with ideal joints of the "drives" or "loads" that act."""
+def effort_rows(shown: dict[str, Any], kind: str) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any], str]]:
+    """Yield label, key of the peak, entry, entry with ideal joints, SI unit of the "drives" or "loads" that act."""
     for name in (name for name, entry in shown.get(kind, {}).items() if entry.get("acts", True)):
         entry = shown[kind][name]
         quantity = "torque" if "torque" in entry else "force"
         unit = entry.get("unit", "N m" if quantity == "torque" else "N")  # the force of a drive is its torque's entry
-        label = f"{name} {'force' if unit == 'N' else 'torque'} [{shown_unit(unit)}]"
         value, exact = ({**one[quantity], "work": one["work"]} for one in (entry, perfect(shown)[kind][name]))
-        yield label, f"{name}.{quantity}.peak", value, exact
+        yield f"{name} {'force' if unit == 'N' else 'torque'}", f"{name}.{quantity}.peak", value, exact, unit
 
 
 def exceeded(summary: dict[str, Any]) -> bool:

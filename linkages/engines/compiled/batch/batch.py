@@ -13,11 +13,12 @@ from linkages.base.arguments import Count, Lines, Names, Vector, fitting, valida
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, Status
 from linkages.base.kernel import Array, Indices
+from linkages.base.packages import needed
+from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.batch.designs import designs_of
 from linkages.engines.compiled.batch.runs import STATISTICS_WITH_RATES, Runs, differentiate_runs
 from linkages.engines.compiled.batch.statistics import STATISTICS
-from linkages.input.files.table_formats import needed
-from linkages.input.model.capabilities import Analysis
+from linkages.engines.compiled.effects import check_differentiated, check_varied
 from linkages.results.derivatives import Wrt
 from linkages.results.outputs.registry import default_outputs, pack
 from linkages.system import System
@@ -212,8 +213,8 @@ def simulate_batch(
     Raises
     ------
     InputError
-        If a path, an output, a window or a time is not valid for the nominal experiment, a path of `wrt` has no
-        derivative, or `wrt` is given and a model has no derivatives.
+        If a path, an output, a window or a time is not valid for the nominal experiment, values of a path change no
+        number of the model, a path of `wrt` has no derivative, or `wrt` is given and a model has no derivatives.
     RunError
         If the threads cannot be started.
     MemoryError
@@ -234,21 +235,45 @@ def simulate_batch(
     >>> batch.sensitivity[path]["mean"].round(3).tolist()  # m/m: runs, windows, outputs
     [[[1.001]]]
     """
+    return run_batch(
+        system, variables, values, outputs, windows, threads, progress, wrt, limits, samples, must_act=True
+    )
+
+
+@validated
+def run_batch(
+    system: System,
+    variables: Names = (),
+    values: Lines | None = None,
+    outputs: Names | None = None,
+    windows: Lines | None = None,
+    threads: Count | None = None,
+    progress: Callable[[float], None] | None = None,
+    wrt: Wrt = (),
+    limits: Lines | None = None,
+    samples: Vector | None = None,
+    must_act: bool = False,
+) -> Batch:
+    """Run a batch as `simulate_batch`; values without an effect are refused only if they `must_act`."""
     for name in variables:
         if variables.count(name) > 1:
             raise InputError("argument", "variables", f'has "{name}" twice; give each once')
     table = fitting(np.zeros((1, 0)) if values is None else values, len(variables), "values", "variables")
-    spans = _spans_of(windows, variables, system.experiment.duration)
+    spans = _spans_of(windows, variables, system.settings.duration)
     chosen = default_outputs(system) if outputs is None else tuple(outputs)
     designs = designs_of(system, tuple(variables), chosen, spans.tobytes())
     if not designs.checked:  # a search makes many batches of the same designs
         pack(system, chosen)
         _check_paths(system, variables, table)
+        if must_act:
+            _check_effects(system, variables, table, chosen)
         designs.checked = True
     if wrt:
         system.check_analysis(Analysis.DERIVATIVES)
+        if must_act:
+            check_differentiated(system, wrt, chosen)
     times = np.zeros(0) if samples is None else samples
-    if np.any(np.diff(times) <= 0.0) or np.any((times < 0.0) | (times > system.experiment.duration)):
+    if np.any(np.diff(times) <= 0.0) or np.any((times < 0.0) | (times > system.settings.duration)):
         raise InputError("argument", "samples", "must be increasing times within the run")
     runs = Runs(designs, table, times)
     share = _OF_RUNS if wrt else 1.0
@@ -298,6 +323,13 @@ def _spans_of(windows: Array | None, variables: Sequence[str], duration: float) 
         problem = f"end at {spans.max():g} s, after the duration of {duration:g} s; give a longer duration"
         raise InputError("argument", "windows", problem)
     return spans
+
+
+def _check_effects(system: System, variables: Sequence[str], table: Array, outputs: Sequence[str]) -> None:
+    """Refuse values that change no number of the model."""
+    for name, column in zip(variables, table.T, strict=True):
+        if len(finite := column[np.isfinite(column)]):
+            check_varied(system, name, [float(finite.min()), float(finite.max())], "argument", outputs)
 
 
 def _check_paths(system: System, variables: Sequence[str], table: Array) -> None:

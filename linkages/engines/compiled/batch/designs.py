@@ -25,6 +25,7 @@ from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_
 from linkages.results.outputs.registry import pack, packer
 from linkages.system import System
 from linkages.system.system import keeps_start
+from linkages.system.tree import joint_ends
 
 _PART, _BEGIN = 0.618, 0.01  # of the way from the least to the greatest value
 
@@ -65,7 +66,7 @@ class Designs:
         return self._given(*self.built(values, left))
 
     def _given(self, system: System, windows: Array) -> Given:
-        if np.any(windows[:, 1] > system.experiment.duration * (1.0 + 1e-12)):
+        if np.any(windows[:, 1] > system.settings.duration * (1.0 + 1e-12)):
             raise InputError("", "", "a window ends after the run")
         return make_given(system, self._records(system), windows, self._most)
 
@@ -176,7 +177,7 @@ class Designs:
             words, structure = contents(self._given(system, windows))
             if structure != contents(nominal).structure:
                 return None
-            examples.append(Example(values, words, system.mechanism))
+            examples.append(Example(values, words, joint_ends(system.joints.values())))
         lengths = Lengths(self.system, examples, start)
         found, _ = Bench(nominal).started(lengths, np.array(table))
         return lengths if lengths.fits(found) else None

@@ -17,11 +17,10 @@ from linkages.base.kernel import Array, Indices, kernel
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.model import error_scale
 from linkages.input.files.raw_model import TURN, on_grid
-from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.closure import approach, close, closure_quality, consistent_rates
 from linkages.system import System
-from linkages.system.assembly import SINGULAR, continuation, start_offsets
-from linkages.system.tree import extent_of, joint_ends
+from linkages.system.assembly import SINGULAR, continuation
+from linkages.system.tree import extent_of
 
 _NEAR = 2.0  # largest error of the difference of two places, in parts of the grid
 
@@ -31,7 +30,7 @@ class Example(NamedTuple):
 
     values: Array  # (nv,)
     words: Indices  # its numbers
-    mechanism: Mechanism
+    ends: Array  # of its joints in the reference configuration, (np, 2) [m]
 
 
 class Start(NamedTuple):
@@ -45,13 +44,13 @@ class Start(NamedTuple):
 
 def start_of(system: System) -> Start | None:
     """Return what the start follows from; None unless it is the loops and the motions of drives."""
-    tree, experiment = system.tree, system.experiment
-    if experiment.start != "centred" or tree.flexible or tree.powered:
+    tree = system.tree
+    if system.settings.start != "centred" or tree.flexible or tree.powered:
         return None
     if not tree.driven or math.isnan(system.assembly.quality):
         return None
     places, speeds = system.motions.start
-    return Start(places, speeds, continuation(places), start_offsets(tree, experiment))
+    return Start(places, speeds, continuation(places), system.start_offsets)
 
 
 class Lengths:
@@ -81,12 +80,12 @@ class Lengths:
         self.start, self.columns = start, np.flatnonzero(differ)
         self._known = words[:, self.columns]
         numbers = self._known[:, states:].view(np.float64)
-        ends = np.stack([joint_ends(example.mechanism) for example in examples])
+        ends = np.stack([example.ends for example in examples])
         same = (numbers[:, :, None] == self._others(values, ends)[:, None, :]).all(axis=0)
         self._is_other, self._other = same.any(axis=1), same.argmax(axis=1)
         self._slopes = np.zeros((values.shape[1], numbers.shape[1] + ends[0].size))
         places = np.hstack([numbers, ends.reshape(len(ends), -1)])
-        turns = [np.eye(3), *(link.rotation for link in system.mechanism.links)]
+        turns = [np.eye(3), *(link.rotation for link in system.links.values())]
         known = np.unique(on_grid(np.abs(turns), TURN))
         for k, slopes in enumerate(self._slopes):
             (low, high), step = places[1 + 2 * k : 3 + 2 * k], values[2 + 2 * k, k] - values[1 + 2 * k, k]
@@ -116,7 +115,7 @@ class Lengths:
 
     def _others(self, table: Array, ends: Array) -> Array:
         """Compute numbers that are no places, from values (m, nv) and the ends of joints (m, np, 2)."""
-        size, accuracy = extent_of(ends), self._system.experiment.solver.accuracy
+        size, accuracy = extent_of(ends), self._system.settings.accuracy
         return np.hstack([table, size[:, None], accuracy * error_scale(self._system, size)])
 
 

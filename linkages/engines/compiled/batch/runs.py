@@ -145,22 +145,33 @@ class Runs:
         self.found[rows], self.sampled[rows], self.steps[rows], self.began[rows] = found, sampled, ended[:, 2], True
         for k in np.flatnonzero(ended[:, 0] != DONE):
             self._fail(int(rows[k]), *self._reason(int(rows[k]), int(ended[k, 0]), float(ended[k, 1])))
+        if self.designs.system.has_light_links:
+            self._check_light(rows.tolist())
         self._ended[rows] = True
 
     def _reason(self, row: int, code: int, time: float) -> tuple[Status, str]:
         """Status of a run that failed, and why."""
         if code == NO_IDEAL:
-            status, what = Status.NO_ASSEMBLY, "the ideal linkage does not close"
-            self.reached[row] = 0.0
-        else:
-            status = STATUS.get(code, Status.TOO_MANY_STEPS)
-            system, windows = self.designs.built(self.table[row])
-            status, time = cause(status, system, time)
-            self.found[row, windows[:, 1] >= time] = np.nan
-            self.sampled[row, self.times >= time] = np.nan
-            self.reached[row] = time
-            what = f"ended at t = {time:.6g} s"
-        return status, f"{status.value}: {what}; {status.remedy}"
+            self.reached[row], status = 0.0, Status.NO_ASSEMBLY
+            return status, f"{status.value}: the ideal linkage does not close; {status.remedy}"
+        status = STATUS.get(code, Status.TOO_MANY_STEPS)
+        status, time = cause(status, self.designs.built(self.table[row])[0], time)
+        return status, self._cut(row, status, time)
+
+    def _check_light(self, rows: list[int]) -> None:
+        """Run designs again to see that their links without mass never become free of all masses."""
+        for row in rows:
+            run = simulate(self.designs.built(self.table[row])[0], outputs=())
+            if run.status is Status.FREE_OF_MASS:
+                self._fail(row, run.status, self._cut(row, run.status, float(run.time[-1])))
+
+    def _cut(self, row: int, status: Status, time: float) -> str:
+        """Remove the numbers of a row from a time [s] on, and return the reason of its end."""
+        _, windows = self.designs.built(self.table[row])
+        self.found[row, windows[:, 1] >= time] = np.nan
+        self.sampled[row, self.times >= time] = np.nan
+        self.reached[row] = time
+        return f"{status.value}: ended at t = {time:.6g} s; {status.remedy}"
 
     def _fail(self, row: int, status: Status, reason: str) -> None:
         self.status[row], self.reason[row], self._ended[row] = status, reason, True

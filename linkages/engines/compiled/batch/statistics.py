@@ -14,11 +14,12 @@ from linkages.base.kernel.by_reference import reference
 from linkages.engines.compiled.run.binding import integrate, next_sample, set_due
 from linkages.engines.compiled.run.equations import solve_state
 from linkages.engines.compiled.run.job import ACCURACY, Job
-from linkages.engines.compiled.run.replay import Steps, recorded, remember
+from linkages.engines.compiled.run.replay import Steps, remember
 from linkages.engines.compiled.run.sampling import Sampler, asked, knows_outputs, look, sample, tabulate_run
 from linkages.mechanics.integrate import peak_search
 from linkages.mechanics.integrate.driver import DONE, PAUSED
 from linkages.mechanics.integrate.stepper import copy
+from linkages.mechanics.planar.contact_memory import recorded
 from linkages.mechanics.planar.loads import is_due
 
 #: Statistics of each window and output. To add one: its name here, at the end, and its formula in `summarise`.

@@ -25,45 +25,38 @@ from linkages.engines.compiled.run.equations import derivatives
 from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.model import Equations
 from linkages.laws.contact.contact_forces import GRAZING
+from linkages.laws.states import LATCHED, remembered_of
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.planar.arrays import loads_of
-from linkages.mechanics.planar.contact_partials import (
-    BRISTLE_RATE,
-    CLOSES,
-    DELTA,
-    DEPTH_FROM,
-    DEPTH_TO,
-    LEAST,
-    OUTPUTS,
-    deeper,
-)
+from linkages.mechanics.planar.contact_memory import LATCHED_RESULTS, restore_latched
+from linkages.mechanics.planar.contact_partials import DELTA, DEPTH_FROM, DEPTH_TO, LEAST, OUTPUTS, deeper
 from linkages.mechanics.planar.contacts import (
-    APPROACH,
-    BRISTLE,
     CLOSING,
+    FIRST_RATE,
     PENETRATION,
     add_contact,
     contact_action,
     contact_motion,
 )
-from linkages.mechanics.planar.joint_friction import add_efforts
 from linkages.mechanics.planar.loads import is_due, sample_states
 from linkages.mechanics.planar.newton_euler import generalised_force
+from linkages.mechanics.planar.reactive_loads import add_efforts
 
 
 @kernel(makes_arrays=True)
-def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: float, c: Column, times: Array) -> bool:
+def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, memory: Array, c: Column, times: Array) -> bool:
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
-    A new contact remembers the approach speed at its start. Where its force, and the friction in joints with it, or the
-    rate of its bristles jumps, the columns jump by the difference of the derivatives times the change of the time.
+    A new contact latches states at its start; ``memory`` is the record that has them. Where its force, and the friction
+    in joints with it, or the rate of its states jumps, the columns jump by the difference of the derivatives times the
+    change of the time.
     Returns False where a contact begins without speed: its existence then depends on the values.
     """
     equations, v, n, m = run.equations, run.variation, len(y), c.before.shape[1]
     work, w, clearance = equations.work, v.work.dynamics, equations.model.laws[k].clearance
     c.ended[0] = math.nan
     if begins:
-        work.memory[k, APPROACH] = approach
+        restore_latched(work.memory, memory, k)
         work.solved[0] = math.nan
     derivatives(equations, t, y, c.dy)
     closing, late = work.contacts[k, CLOSING], work.contacts[k, PENETRATION] / work.contacts[k, CLOSING]
@@ -74,15 +67,17 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         for i in range(n):
             c.y[i] = y[i] - back * c.dy[i]
         derivatives(equations, t - back, c.y, c.dy)
-    efforts = work.friction.efforts.copy()
+    efforts = work.reactive.efforts.copy()
     set_over_time(equations, v, t, y, c.dy)
     motion, _ = contact_motion(v.model.ends[k], w.pose, w.vel)
     _hold(equations, k, False)
     set_results(equations, v, k, motion)
-    accelerating = slope(v.work.results[CLOSES], 0)
+    rising = np.zeros(LATCHED)
+    for i in range(LATCHED):
+        rising[i] = slope(v.work.results[LATCHED_RESULTS[i]], 0)
     derivatives(equations, t, y, c.dy)
     for i in range(len(efforts)):
-        efforts[i] = work.friction.efforts[i] - efforts[i]
+        efforts[i] = work.reactive.efforts[i] - efforts[i]
     jump, forcing = np.zeros(OUTPUTS), np.zeros((len(c.own), m))
     _set_jump(equations, k, jump)
     _hold(equations, k, True)
@@ -105,7 +100,9 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         for j in range(first, last):
             times[j] = slope(later, j - first)
             if begins:
-                c.remembered[k, j] = slope(v.work.results[CLOSES], j - first) + accelerating * times[j]
+                for i in range(LATCHED):
+                    latched = slope(v.work.results[LATCHED_RESULTS[i]], j - first)
+                    c.remembered[k * LATCHED + i, j] = latched + rising[i] * times[j]
         for i in range(OUTPUTS):
             push[i] = with_number(push[i], 0.0) - jump[i] * later
         w.wrench[:] = 0.0
@@ -113,14 +110,16 @@ def begin_or_end(run: Run, t: float, y: Array, k: int, begins: bool, approach: f
         v.work.rows[:] = 0.0
         add_contact(w.wrench, v.model.ends[k], w.pose, motion[0], motion[1], arms, push[0], push[1], push[2])
         for i in range(len(efforts)):
-            v.work.friction.efforts[i] = -efforts[i] * later
-        add_efforts(v.model, v.work.friction.efforts, w)
+            v.work.reactive.efforts[i] = -efforts[i] * later
+        add_efforts(v.model, v.work.reactive.efforts, w)
         generalised_force(v.model.bodies, w.pose, w.wrench, w.tau)
         fill_solved(equations, w.tau, v.work.rows, first, last, forcing)
-        for i in range(len(equations.model.bristles)):
-            if equations.model.bristles[i] == k:
+        states = equations.model.law_states
+        for i in range(len(states)):
+            if states[i, 0] == k:
                 for j in range(first, last):
-                    forcing[len(equations.model.free) + i, j] = slope(push[BRISTLE_RATE], j - first)
+                    rate = push[FIRST_RATE + states[i, 1]]
+                    forcing[len(equations.model.free) + i, j] = slope(rate, j - first)
     for j in range(m):
         for row in range(len(c.own)):
             c.own[row] = forcing[row, j]
@@ -171,6 +170,6 @@ def _set_jump(equations: Equations, k: int, out: Array) -> None:
     depth = math.copysign(max(abs(beyond), LEAST * law.clearance), beyond)
     for place, weight in ((1.0, 2.0), (2.0, -1.0), (-1.0, -2.0), (-2.0, 1.0)):
         moved = deeper(end, motion, place * depth - beyond)
-        found = contact_action(end, law, table, own[APPROACH], own[BRISTLE], moved)
+        found = contact_action(end, law, table, remembered_of(own), moved)
         for i in range(OUTPUTS):
             out[i] += weight * found[i]

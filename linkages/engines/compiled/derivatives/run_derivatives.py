@@ -16,6 +16,7 @@ from linkages.engines.compiled.run.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.run.replay import remember, replay
 from linkages.mechanics.integrate.factor import back_substitute, factorise
 from linkages.mechanics.integrate.stepper import copy
+from linkages.mechanics.planar.contact_memory import is_latched_anew
 from linkages.mechanics.planar.motion import last_start
 
 #: Status of the columns after a step: known; not known, because a step was singular or Newton's method failed; not
@@ -33,14 +34,14 @@ class Changes(NamedTuple):
 
 
 class AtSteps(NamedTuple):
-    """Derivatives of a run at its nt steps: m columns, ny entries of the state, nc contacts.
+    """Derivatives of a run at its nt steps: m columns, ny entries of the state, nl latched states.
 
     Attributes
     ----------
     states : (nt, ny, m) array
         Derivatives of the state at fixed time, after the event or the projection at that time.
-    memory : (nt, nc, m) array
-        Derivatives of the approach speeds that contacts remember.
+    memory : (nt, nl, m) array
+        Derivatives of the latched states of contacts.
     event : (nt,) array of int
         Contact that begins, counted from 1, or ends, less than 0; 0 without.
     event_times : (nt, m) array
@@ -84,15 +85,15 @@ def differentiate_run(run: Run, c: Column, out: AtSteps) -> tuple[int, int]:
                 smooth = False
         for i in range(nc if k > 0 and len(run.depths) else 0):
             before, now = run.depths[k - 1, i], run.depths[k, i]
-            begins = now > 0.0 and (before <= 0.0 or steps.memory[k, i] != steps.memory[k - 1, i])
+            begins = now > 0.0 and (before <= 0.0 or is_latched_anew(steps.memory[k], steps.memory[k - 1], i))
             if begins or now < 0.0 < before:
-                if not begin_or_end(run, t, y, i, begins, steps.memory[k, i], c, out.event_times[k]):
+                if not begin_or_end(run, t, y, i, begins, steps.memory[k], c, out.event_times[k]):
                     return GRAZED, k
                 out.event[k] = i + 1 if begins else -i - 1
                 smooth = False
         for i in range(len(c.before)):
             copy(c.before[i], out.states[k, i])
-        for i in range(nc):
+        for i in range(len(c.remembered)):
             copy(c.remembered[i], out.memory[k, i])
         if wanted:
             remember(equations, steps, k)
@@ -136,7 +137,7 @@ def _set_changes(run: Run, t: float, y: Array, is_linear: bool, c: Column, at: i
             for i in range(n):
                 da[model.free[i], p + j - first] = c.rates[i, j]
             for k in range(len(model.states)):
-                da[len(da) - len(model.states) + k, p + j - first] = c.rates[n + len(model.bristles) + k, j]
+                da[len(da) - len(model.states) + k, p + j - first] = c.rates[n + len(model.law_states) + k, j]
         for k in range(len(model.ends)):
             for i in range(out.contacts.shape[2]):
                 put_slopes(out.contacts[at, k], i, p, v.work.contacts[k, i])

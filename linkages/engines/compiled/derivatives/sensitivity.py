@@ -15,6 +15,7 @@ from linkages.base.kernel.by_reference import packed
 from linkages.base.kernel.dual import DIRECTIONS
 from linkages.base.kernel.private import OFF
 from linkages.base.kernel.simd import WIDTH as LANES
+from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.derivatives.neighbours import neighbours
 from linkages.engines.compiled.derivatives.output_derivatives import IdealMotions, OutputTable
 from linkages.engines.compiled.derivatives.run_derivatives import (
@@ -32,7 +33,7 @@ from linkages.engines.compiled.run.job import make_given
 from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
-from linkages.input.model.capabilities import Analysis
+from linkages.laws.states import LATCHED
 from linkages.mechanics.integrate.stepper import make_stepper
 from linkages.mechanics.planar.arrays import size_of
 from linkages.mechanics.planar.contacts import WIDTH
@@ -98,7 +99,7 @@ class Differentiation:
         steps, depths = packed(steps), np.zeros((len(steps.times) * bool(system.touching.any()), len(system.touching)))
         find_depths(equations, steps, depths)
         settings = runner.tolerance, steps, kinks(system), runner.start, depths
-        grade = 2.0 if system.experiment.solver.accuracy < _FINE else 3.0
+        grade = 2.0 if system.settings.accuracy < _FINE else 3.0
         self._run = packed(Run(equations, variation, stepper, *settings, grade))
         self._ideals = IdealMotions()
 
@@ -118,7 +119,7 @@ class Differentiation:
 
         Columns of zeros precede fewer columns than a processor takes together.
         """
-        nt, ny, nc = len(self.steps.times), len(self.runner.start), len(self.runner.model.ends)
+        nt, ny, nl = len(self.steps.times), len(self.runner.start), LATCHED * len(self.runner.model.ends)
         first = np.concatenate([np.eye(ny), self.start], axis=1) if start is None else np.asarray(start, np.float64)
         m = max(first.shape[1], LANES)
         column = self._column(m)
@@ -126,7 +127,7 @@ class Differentiation:
         if remembered is not None:
             column.remembered[:, m - first.shape[1] :] = remembered
         out = AtSteps(
-            np.full((nt, ny, m), np.nan), np.full((nt, nc, m), np.nan), np.zeros(nt, np.int64),
+            np.full((nt, ny, m), np.nan), np.full((nt, nl, m), np.nan), np.zeros(nt, np.int64),
             np.full((nt, m), np.nan), self._changes(nt if with_changes else 0),
         )  # fmt: skip
         status, known = differentiate_run(self._run, packed(column), packed(out))
@@ -139,7 +140,7 @@ class Differentiation:
         ny, scale = len(self.runner.start), self.runner.scale
         own = found.states.shape[2] - len(self._nearby)  # columns of the state itself end there
         growth = np.abs(found.states[:, :, own - ny : own] * scale / scale[:, None]).max(axis=(1, 2), initial=0.0)
-        accuracy = self.runner.system.experiment.solver.accuracy
+        accuracy = self.runner.system.settings.accuracy
         beyond = np.flatnonzero(accuracy * growth[: found.known] > _FELT)
         if not len(beyond):
             return found
@@ -165,7 +166,16 @@ class Differentiation:
     ) -> dict[str, Columns]:
         """Compute the derivatives of outputs at any times of the run, by path; with the states there if known."""
         table = OutputTable(self.runner.system, names, self._nearby, self._ideals)
-        return table.derivatives(times, states or self.runner.evaluate(self.steps, times), self.changes(times))
+        if states:
+            return table.derivatives(times, states, self.changes(times))
+        parts = [
+            table.derivatives(part, self.runner.evaluate(self.steps, part), self.changes(part))
+            for part in np.array_split(times, -(-len(times) // _AT_ONCE) or 1)  # changes of all states take memory
+        ]
+        return {
+            path: {name: np.concatenate([part[path][name] for part in parts]) for name in columns}
+            for path, columns in parts[0].items()
+        }
 
     def derivatives(
         self, times: Array, names: Sequence[str] | None = None, states: Sequence[Array] | None = None
@@ -178,6 +188,7 @@ class Differentiation:
 
 
 _BEYOND = 3
+_AT_ONCE = 2000  # most times of one evaluation
 _STATUS = {KNOWN: OK, SINGULAR: STUCK, GRAZED: GRAZING, _BEYOND: HORIZON}
 
 
@@ -196,8 +207,8 @@ def differentiate(
     start : (ny, m) array, optional
         Derivatives of the first state; the last np columns are those of the values. Default: the identity, and the
         derivatives of the system's own start.
-    memory : (nc, m) array, optional
-        Derivatives of the approach speeds at the first state; default zero.
+    memory : (nl, m) array, optional
+        Derivatives of the latched states of contacts at the first state; default zero.
 
     Raises
     ------

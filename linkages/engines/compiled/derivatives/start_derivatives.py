@@ -18,7 +18,6 @@ from linkages.mechanics.planar.closure import jacobian_at
 from linkages.mechanics.planar.closure_rows import row_rate, row_value
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.system import System
-from linkages.system.assembly import start_offsets
 from linkages.system.system import keeps_start
 from linkages.system.tree import without
 
@@ -48,12 +47,12 @@ class Start(NamedTuple):
 
 
 def _closure(system: System) -> Closure:
-    tree, experiment = system.tree, system.experiment
-    powered = [experiment.drives[name] for name in tree.powered]
+    tree = system.tree
+    powered = [system.drives[name] for name in tree.powered]
     places, speeds = system.motions.start
     places = np.concatenate([places, [drive.angle for drive in powered]])
     speeds = np.concatenate([speeds, [drive.speed or 0.0 for drive in powered]])
-    return Closure(tree.bodies, tree.closure_rows, start_offsets(tree, experiment), places, speeds)
+    return Closure(tree.bodies, tree.closure_rows, system.start_offsets, places, speeds)
 
 
 def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
@@ -62,13 +61,11 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
     Where the loops of the tree and the drives alone determine the position, the closure rows with dual numbers give the
     change of coordinates and rates that keeps them closed. Otherwise neighbouring systems are assembled.
     """
-    tree, experiment = system.tree, system.experiment
-    determined = (
-        experiment.start == "centred" and not tree.flexible and not (tree.powered and (tree.play or tree.slack))
-    )
+    tree, centred = system.tree, system.settings.start == "centred"
+    determined = centred and not tree.flexible and not (tree.powered and (tree.play or tree.loose))
     determined = determined and bool(np.isfinite(system.assembly.quality))
     found = np.zeros((len(nearby), len(start_state(system))))
-    kept = experiment.start == "centred" and not tree.flexible  # otherwise masses and laws change the start
+    kept = centred and not tree.flexible  # otherwise masses and laws change the start
     moved = [k for k, near in enumerate(nearby) if not (kept and all(map(keeps_start, near.along)))]
     for first in range(0, len(moved), DIRECTIONS):
         part = moved[first : first + DIRECTIONS]
@@ -77,9 +74,9 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
             found[part] = [nearby[k].derivative(start_state) for k in part]
         else:
             found[part, : 2 * len(tree.free_dofs)] = followed
-            if experiment.own_states:
+            if system.own_states:
                 states = [nearby[k].derivative(lambda one: one.start_states) for k in part]
-                found[part, -len(experiment.own_states) :] = states
+                found[part, -len(system.own_states) :] = states
     return found.T.copy()
 
 

@@ -22,13 +22,15 @@ from linkages.engines.compiled.run.jacobian import jacobian
 from linkages.engines.compiled.run.kinks import passed, set_bounds, set_sides, shortened
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
-from linkages.engines.compiled.run.replay import STAGES, Steps, around, recorded, remember
+from linkages.engines.compiled.run.replay import STAGES, Steps, around, remember
+from linkages.laws.states import LATCHED
 from linkages.mechanics.integrate.implicit import set_last_step
 from linkages.mechanics.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
 from linkages.mechanics.integrate.stepper import INVERTED, Stepper, copy, restart
 from linkages.mechanics.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 from linkages.mechanics.planar.arrays import Arrays
 from linkages.mechanics.planar.closure_rows import row_rate, row_value
+from linkages.mechanics.planar.contact_memory import recorded
 from linkages.mechanics.planar.contacts import PENETRATION
 from linkages.mechanics.planar.loop_dynamics import correct
 
@@ -58,12 +60,12 @@ class Run(NamedTuple):
 
 
 class Column(NamedTuple):
-    """Arrays of a differentiated run: ny entries of the state, nc contacts, m columns, the last np along values."""
+    """Arrays of a differentiated run: ny entries of the state, nl latched states, m columns, np along values."""
 
     before: Array  # columns at the start of a step, (ny, m)
     after: Array  # at its end
     rates: Array  # rates at its end of rates and others, by an implicit method, (k, m)
-    remembered: Array  # derivatives of the contacts' approach speeds, (nc, m)
+    remembered: Array  # derivatives of the contacts' latched states, (nl, m)
     mass: Array  # at the stages, (s, k, k)
     jacobian: Array  # (s, k, ny)
     forcing: Array  # (s, k, m)
@@ -79,9 +81,9 @@ class Column(NamedTuple):
 
 def make_column(ny: int, model: Arrays, m: int, implicit: bool) -> Column:
     """Make the arrays for ny entries of the state of a model and m columns."""
-    k, nc, stages = ny - len(model.free), len(model.ends), len(_RADAU_C if implicit else _PAIR_C)
+    k, nl, stages = ny - len(model.free), LATCHED * len(model.ends), len(_RADAU_C if implicit else _PAIR_C)
     shapes = (
-        (ny, m), (ny, m), (k, m), (nc, m), (stages, k, k), (stages, k, ny), (stages, k, m),
+        (ny, m), (ny, m), (k, m), (nl, m), (stages, k, k), (stages, k, ny), (stages, k, m),
         (ny, ny), (1,), (ny,), (ny,), (k,),
     )  # fmt: skip
     indices, in_lanes = np.zeros(k, np.int64), (lane_array(ny), lane_array(stages * ny))

@@ -29,16 +29,16 @@ from linkages.engines.compiled.run.equations import set_residuals, set_state
 from linkages.engines.compiled.run.jacobian import fill_solved, fill_states, put
 from linkages.engines.compiled.run.job import Given, model_of
 from linkages.engines.compiled.run.model import Equations
-from linkages.mechanics.planar.arrays import Arrays, size_of
+from linkages.laws.states import FIRST_STATE, LATCHED, REMEMBERED, STATES, Remembered, remembered_of
+from linkages.mechanics.planar.arrays import Arrays, functions_of, size_of
 from linkages.mechanics.planar.contact_partials import (
     AWAY,
     CENTRE,
     GAP,
     INPUTS,
+    MOTION,
     OUTPUTS,
     PARTIALS,
-    RESULT_PLACES,
-    RESULTS,
     SPEED,
     STEP,
     along,
@@ -48,18 +48,18 @@ from linkages.mechanics.planar.contact_partials import (
     is_bounded,
 )
 from linkages.mechanics.planar.contacts import (
-    APPROACH,
-    BRISTLE,
-    BRISTLE_RATE,
     EX,
     EY,
+    RATES,
+    RESULT_PLACES,
+    RESULTS,
     WIDTH,
     ContactMotion,
     add_contact,
     contact_action,
     contact_motion,
 )
-from linkages.mechanics.planar.joint_friction import FrictionWork, add_applied, make_friction_work
+from linkages.mechanics.planar.reactive_loads import ReactiveLoads, add_applied, make_reactive_loads
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.results.outputs.registry import pack
 from linkages.system import System
@@ -74,19 +74,19 @@ class DualWork(NamedTuple):
     dynamics: Workspace
     solved: Array  # not used, (1,)
     contacts: Array  # (nc, WIDTH)
-    memory: Array  # (nc, 2)
+    memory: Array  # (nc, REMEMBERED)
     value: Array
     rate: Array
     second: Array
-    friction: FrictionWork
+    reactive: ReactiveLoads
     rows: Array  # accelerations or errors of the closure rows, (nr,)
     y: Array  # (ny,)
     results: Array  # of a contact, (RESULTS,)
     push: Array  # change of a contact's action, (OUTPUTS,)
     numbers_y: Array  # (ny, 1 + DIRECTIONS)
-    numbers_memory: Array  # (nc, 2, 1 + DIRECTIONS)
+    numbers_memory: Array  # (nc, REMEMBERED, 1 + DIRECTIONS)
     numbers_results: Array  # (RESULTS, 1 + DIRECTIONS)
-    changes: Array  # of the residual, floats, (k, np + nc): along the values and the approach speeds
+    changes: Array  # of the residual, floats, (k, np + nc): along the values and the latched states
     partials: Array  # of a contact, floats, (RESULTS, PARTIALS)
 
 
@@ -172,12 +172,12 @@ def _make_work(model: Arrays, count: int) -> DualWork:
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
     n, most = size_of(model), max(nd, len(model.powered))
     state = make_workspace(nb, n, nr, model.bodies.shapes.shape[2])
-    dynamics, friction = DualCopy(state).value, DualCopy(make_friction_work(model, state)).value
-    ny = 2 * len(model.free) + len(model.bristles) + len(model.states)
-    y, memory, results = dual_array(ny), dual_array(nc, 2), dual_array(RESULTS)
+    dynamics, reactive = DualCopy(state).value, DualCopy(make_reactive_loads(model, state)).value
+    ny = 2 * len(model.free) + len(model.law_states) + len(model.states)
+    y, memory, results = dual_array(ny), dual_array(nc, REMEMBERED), dual_array(RESULTS)
     motions = (dual_array(most) for _ in range(3))
-    own = dual_array(nc, WIDTH), memory, *motions, friction, dual_array(nr), y, results, dual_array(OUTPUTS)
-    floats = np.zeros((len(y) - len(model.free), count + nc)), np.zeros((RESULTS, PARTIALS))
+    own = dual_array(nc, WIDTH), memory, *motions, reactive, dual_array(nr), y, results, dual_array(OUTPUTS)
+    floats = np.zeros((len(y) - len(model.free), count + nc * LATCHED)), np.zeros((RESULTS, PARTIALS))
     slots = (one.view(np.ndarray) for one in (y, memory, results))
     return DualWork._make([dynamics, np.zeros(1), *own, *slots, *floats])
 
@@ -212,8 +212,8 @@ def set_columns(
     Parameters
     ----------
     columns : (ny, m) array
-    remembered : (nc, m) array
-        Those of the approach speeds.
+    remembered : (nl, m) array
+        Those of the latched states of the contacts.
     """
     work = v.work
     _choose(v, first - (columns.shape[1] - len(v.unit)))
@@ -222,7 +222,7 @@ def set_columns(
         for i in range(len(y)):
             work.numbers_y[i, 1 + j - first] = columns[i, j]
         for k in range(len(remembered)):
-            work.numbers_memory[k, APPROACH, 1 + j - first] = remembered[k, j]
+            work.numbers_memory[k // LATCHED, k % LATCHED, 1 + j - first] = remembered[k, j]
     set_state(v.model, work, seeded(t, -1), work.y)  # type: ignore[arg-type]
 
 
@@ -244,7 +244,7 @@ def _set_numbers(equations: Equations, work: DualWork, y: Array) -> None:
         work.numbers_y[i, 0] = y[i]
     work.numbers_memory[:] = 0.0
     for k in range(len(work.memory)):
-        for i in (APPROACH, BRISTLE):
+        for i in range(REMEMBERED):
             work.numbers_memory[k, i, 0] = equations.work.memory[k, i]
 
 
@@ -254,20 +254,20 @@ def fill_forcing(
 ) -> None:
     """Fill ``out`` (k, m) with the derivatives of the residual along the columns, at a fixed state.
 
-    They follow the values, of the last columns, and the approach speeds, whose columns are ``remembered`` (nc, m). The
+    They follow the values, of the last columns, and the latched states, whose columns are ``remembered`` (nl, m). The
     mass matrix has been found at (t, y), where ``dy`` are the derivatives of rates and others.
     """
-    work, m, count, nc = v.work, out.shape[1], len(v.unit), len(remembered)
+    work, m, count, nl = v.work, out.shape[1], len(v.unit), len(remembered)
     wanted = count
-    for k in range(nc):
+    for k in range(nl):
         if _any(remembered[k]):
-            wanted = count + nc
+            wanted = count + nl
     for first in range(0, wanted, DIRECTIONS):
         _choose(v, first)
         _set_numbers(equations, work, y)
-        for k in range(nc):
+        for k in range(nl):
             if 0 <= count + k - first < DIRECTIONS and _any(remembered[k]):
-                work.numbers_memory[k, APPROACH, 1 + count + k - first] = 1.0
+                work.numbers_memory[k // LATCHED, k % LATCHED, 1 + count + k - first] = 1.0
         set_state(v.model, work, seeded(t, -1), work.y)  # type: ignore[arg-type]
         set_contacts(equations, v)
         fill_residual(equations, v, t, dy, first, min(first + DIRECTIONS, wanted), work.changes)
@@ -310,8 +310,7 @@ def set_results(equations: Equations, v: Variation, k: int, motion: ContactMotio
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     held = (number(ex), number(ey), number(vx), number(vy), number(wb), number(wj), number(nx), number(ny))
     if is_bounded(bounds):
-        approach, bristle = number(memory[APPROACH]), number(memory[BRISTLE])
-        held = inside(model.ends[k], model.laws[k], model.tables[k], approach, bristle, held, bounds, 0.0)
+        held = inside(model.ends[k], model.laws[k], model.tables[k], _numbers_of(memory), held, bounds, 0.0)
     if held[0] == 0.0 and held[1] == 0.0:
         held = (CENTRE, held[1], held[2], held[3], held[4], held[5], held[6], held[7])
     moved = (
@@ -319,13 +318,20 @@ def set_results(equations: Equations, v: Variation, k: int, motion: ContactMotio
         with_number(wb, held[4]), with_number(wj, held[5]), with_number(nx, held[6]), with_number(ny, held[7]),
     )  # fmt: skip
     end, law, table = v.model.ends[k], v.model.laws[k], v.model.tables[k]
-    found = contact_action(end, law, table, memory[APPROACH], memory[BRISTLE], moved)
+    found = contact_action(end, law, table, remembered_of(memory), moved)
     total = 0.0
     for i in range(RESULTS):
         out[i] = found[i]
         total += found[i]
     if not is_known(total):
         _set_differences(equations, v, k, moved)
+
+
+@inlined_kernel
+def _numbers_of(memory: Array) -> Remembered:
+    """Return what a contact remembers, without derivatives."""
+    latched, a, b, c = remembered_of(memory)
+    return number(latched), number(a), number(b), number(c)
 
 
 @lazy_kernel(makes_arrays=True)
@@ -335,17 +341,20 @@ def _set_differences(equations: Equations, v: Variation, k: int, motion: Contact
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     at = (number(ex), number(ey), number(vx), number(vy), number(wb), number(wj), number(nx), number(ny))
     end, law, table, bounds = model.ends[k], model.laws[k], model.tables[k], equations.work.scratch.bounds[k]
-    approach, bristle = number(memory[APPROACH]), number(memory[BRISTLE])
+    at_hand = latched, a, b, c = _numbers_of(memory)
     difference_partials(end, law, table, equations.work.memory[k], at, bounds, partials)
-    here = contact_action(end, law, table, approach, bristle, at)
+    here = contact_action(end, law, table, at_hand, at)
     for i in range(RESULTS):
-        v.work.results[i] = along(partials[i], motion, memory[BRISTLE], here[i])
+        total = along(partials[i], motion)
+        for j in range(STATES):
+            total += partials[i, MOTION + j] * memory[FIRST_STATE + j]
+        v.work.results[i] = with_number(total, here[i])
     input_scales(end, law, at, scales)
     if is_bounded(bounds):
-        at = inside(end, law, table, approach, bristle, at, bounds, AWAY * scales[SPEED])
+        at = inside(end, law, table, at_hand, at, bounds, AWAY * scales[SPEED])
     for j in range(DIRECTIONS):
-        p, faster = v.chosen[0] + j, slope(memory[APPROACH], j)
-        known, worst = 0 <= p < len(v.unit), abs(faster) / approach if approach > 0.0 else 0.0
+        p, faster, began = v.chosen[0] + j, slope(memory[0], j), latched
+        known, worst = 0 <= p < len(v.unit), abs(faster) / began if began > 0.0 else 0.0
         if known:
             worst = max(
                 worst, 1.0 / v.unit[p], abs(slope(v.model.laws[k].clearance, j)) / min(scales[GAP], law.clearance)
@@ -356,9 +365,8 @@ def _set_differences(equations: Equations, v: Variation, k: int, motion: Contact
             h = side * STEP / worst
             if known:
                 _move(v, p, h)
-            found = contact_action(
-                v.moved.ends[k], v.moved.laws[k], v.moved.tables[k], approach + h * faster, bristle, at
-            )
+            changed = latched + h * faster, a, b, c
+            found = contact_action(v.moved.ends[k], v.moved.laws[k], v.moved.tables[k], changed, at)
             for i in range(RESULTS):
                 v.work.numbers_results[i, 1 + j] += found[i] / (2.0 * h)
         if known:
@@ -376,14 +384,20 @@ def _move(v: Variation, p: int, amount: float) -> None:
 def fill_residual(equations: Equations, v: Variation, t: float, dy: Array, first: int, last: int, out: Array) -> None:
     """Fill columns of ``out`` (k, m) with the slopes of the residual, at a dual state and contacts that are set."""
     model, w, now = v.model, v.work.dynamics, seeded(t, -1)
-    add_elements(model.elements, w.pose, w.vel, w.wrench)
+    add_elements(model.elements, functions_of(model), now, w.v, w.pose, w.vel, w.wrench)
     if len(model.loads):
-        add_applied(model, now, v.work.value, w, v.work.friction)
+        add_applied(model, now, v.work.value, w, v.work.reactive)
     for i in range(len(model.free)):
         w.a[model.free[i]] = dy[i]
     set_residuals(model, w, equations.work.dynamics.reaction, v.work.rows)
     fill_solved(equations, w.tau, v.work.rows, first, last, out)
-    for k in range(len(model.bristles)):
-        put(v.work.contacts[model.bristles[k], BRISTLE_RATE], len(model.free) + k, first, last, out)
+    for k in range(len(model.law_states)):
+        put(
+            v.work.contacts[model.law_states[k, 0], RATES + model.law_states[k, 1]],
+            len(model.free) + k,
+            first,
+            last,
+            out,
+        )
     if len(model.states):
         fill_states(model, w, now, w.a, first, last, out)

@@ -12,31 +12,32 @@ from linkages.engines.compiled.run.job import ACCURACY, END, LEAST, LONGEST, MOS
 from linkages.engines.compiled.run.kinks import set_sides, shortened
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
-from linkages.engines.compiled.run.replay import STAGES, Steps, project_state, record_memory, recorded, replay
+from linkages.engines.compiled.run.replay import STAGES, Steps, project_state, replay
 from linkages.engines.compiled.run.sampling import asked, knows_outputs, look
 from linkages.mechanics.integrate.driver import DONE, PAUSED, Options, Record, driver, joined, with_status, without_last
 from linkages.mechanics.integrate.stepper import Stepper, copy, restart
 from linkages.mechanics.planar.arrays import loads_of
 from linkages.mechanics.planar.closure import LOOSE, loop_error
-from linkages.mechanics.planar.contacts import (
-    APPROACH,
-    CLOSING,
-    PENETRATION,
-    advance_films,
-    approach_at_start,
+from linkages.mechanics.planar.contact_memory import (
+    advance_cells,
+    any_cells,
     fill_landing,
-    has_films,
-    longest_film_step,
-    start_films,
+    latch,
+    latch_at_start,
+    longest_step,
+    record_memory,
+    recorded,
+    start_cells,
 )
-from linkages.mechanics.planar.joint_friction import is_jammed
+from linkages.mechanics.planar.contacts import CLOSING, PENETRATION
 from linkages.mechanics.planar.loads import is_due, next_due, sample_states
+from linkages.mechanics.planar.reactive_loads import is_jammed
 
 #: Status of a run whose journal left its film; `linkages.mechanics.integrate.driver` has the others.
 LEFT = 3
 #: Status of a run whose loops came apart; its last state is the first one with open loops.
 OPEN = 4
-#: Status of a run that ends where the friction of joints has no solution.
+#: Status of a run that ends where loads that depend on joint forces have no solution.
 JAMMED = 5
 
 
@@ -69,10 +70,10 @@ def check(equations: Equations, t: float, y: Array) -> int:
 
 @kernel
 def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, bool]:
-    """Latch the approach speed of a contact that starts, sample states, close loops, check the state, advance films."""
+    """Latch states of a contact that starts, sample states, close loops, check the state, advance cells of contacts."""
     model, work = equations.model, equations.work
     if event >= 0 and work.modes[event] > 0:
-        work.memory[event, APPROACH] = work.contacts[event, CLOSING]
+        latch(work.memory[event], work.contacts[event])
     changed = False
     if is_due(t, next_sample(equations, t)):
         _sample(equations, t, y)
@@ -82,8 +83,8 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
     status = verdict(equations)
     if status != DONE:
         return status, changed
-    if has_films(work.memory):
-        advance_films(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel)
+    if any_cells(work.memory):
+        advance_cells(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel)
         work.solved[0] = math.nan
         changed = True
     return DONE, changed
@@ -99,9 +100,9 @@ def next_sample(equations: Equations, t: float) -> float:
 
 
 @inlined_kernel
-def longest_step(equations: Equations) -> float:
-    """Return the longest next step that the films with history allow [s]; infinite without them."""
-    return longest_film_step(equations.model.ends, equations.work.memory)
+def _longest_step(equations: Equations) -> float:
+    """Return the longest next step that the cells of contacts allow [s]; infinite without them."""
+    return longest_step(equations.model.ends, equations.work.memory)
 
 
 @lazy_kernel
@@ -135,11 +136,11 @@ def divide(equations: Equations, s: Stepper, t: float, h: float, y: Array, kinks
 
 
 @lazy_kernel
-def _start_films(equations: Equations, t: float, y: Array) -> None:
-    """Set place and time of the films that remember at the start of a run, at t = 0 their content too."""
+def _start_cells(equations: Equations, t: float, y: Array) -> None:
+    """Set place and time of the cells of contacts at the start of a run, at t = 0 their content too."""
     model, work = equations.model, equations.work
     set_state(model, work, t, y)
-    start_films(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel, t == 0.0)
+    start_cells(model.ends, model.laws, model.tables, work.memory, t, work.dynamics.pose, work.dynamics.vel, t == 0.0)
 
 
 @kernel
@@ -168,7 +169,7 @@ def _observe_outputs(job: Job, t: float, y: Array, out: Array) -> None:
         look(job, t, out)
 
 
-_drive = driver(derivatives, attempt, signs, settle, _observe, next_sample, longest_step, divide)
+_drive = driver(derivatives, attempt, signs, settle, _observe, next_sample, _longest_step, divide)
 
 
 @kernel
@@ -184,8 +185,8 @@ def run(
     equations, limits = job.equations, job.limits
     model, work = equations.model, equations.work
     fill_landing(model.laws, model.size, job.landing)
-    if has_films(work.memory):
-        _start_films(equations, t, y)
+    if any_cells(work.memory):
+        _start_cells(equations, t, y)
     if len(model.states):
         set_due(equations, t, t == 0.0)
     if t == 0.0:
@@ -195,11 +196,11 @@ def run(
             delta, closing = work.contacts[k, PENETRATION], work.contacts[k, CLOSING]
             work.modes[k] = 1 if model.touching[k] and (delta > 0.0 or (delta == 0.0 and closing >= 0.0)) else -1
             if work.modes[k] > 0:
-                work.memory[k, APPROACH] = approach_at_start(delta, closing, job.landing[k])
+                latch_at_start(work.memory[k], work.contacts[k], job.landing[k])
     width = recorded(work.memory) + len(job.outputs) + (STAGES * len(y) if stages else 0)
     options = Options(end, first, limits[LONGEST], most, 0.0, job.landing, kinks, limits[ACCURACY], stop)
     record = _drive(equations, job, job.stepper, job.tolerance, t, y, work.modes, width, options)
-    if record.status != PAUSED and is_jammed(work.friction):
+    if record.status != PAUSED and is_jammed(work.reactive):
         return with_status(record, JAMMED)
     return without_last(record) if record.status == OPEN and len(record.times) > 1 else record
 

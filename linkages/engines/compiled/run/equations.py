@@ -7,14 +7,15 @@ import math
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
 from linkages.elements.machine import add_elements
 from linkages.engines.compiled.run.model import Equations, Work
-from linkages.mechanics.planar.arrays import Arrays, loads_of
+from linkages.laws.states import FIRST_STATE
+from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench, row_acceleration
-from linkages.mechanics.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches
-from linkages.mechanics.planar.joint_friction import add_applied
+from linkages.mechanics.planar.contacts import EX, EY, FX, FY, RATES, clearance_wrenches
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states
 from linkages.mechanics.planar.loads import state_rates
 from linkages.mechanics.planar.motion import evaluate_motions
 from linkages.mechanics.planar.newton_euler import force_residual
+from linkages.mechanics.planar.reactive_loads import add_applied
 from linkages.mechanics.planar.record_types import REVOLUTE
 from linkages.mechanics.planar.singularities import smooth_dynamics
 from linkages.mechanics.planar.workspace import Workspace
@@ -35,10 +36,10 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
             d = model.driven[k]
             w.q[d], w.v[d], w.a[d], w.tau[d] = value[k], rate[k], second[k], 0.0
     set_drive_forces(model, work, t)
-    for k in range(len(model.bristles)):
-        work.memory[model.bristles[k], BRISTLE] = y[2 * n + k]
+    for k in range(len(model.law_states)):
+        work.memory[model.law_states[k, 0], FIRST_STATE + model.law_states[k, 1]] = y[2 * n + k]
     for k in range(len(model.states)):
-        w.v[len(w.v) - len(model.states) + k] = y[2 * n + len(model.bristles) + k]
+        w.v[len(w.v) - len(model.states) + k] = y[2 * n + len(model.law_states) + k]
     body_states(model.bodies, w.q, w.v, w.pose, w.vel)
 
 
@@ -58,9 +59,9 @@ def _add_forces(equations: Equations, t: float) -> None:
     w = work.dynamics
     w.wrench[:] = 0.0
     clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
-    add_elements(model.elements, w.pose, w.vel, w.wrench)
+    add_elements(model.elements, functions_of(model), t, w.v, w.pose, w.vel, w.wrench)
     if len(model.loads):
-        add_applied(model, t, work.value, w, work.friction)
+        add_applied(model, t, work.value, w, work.reactive)
     if len(model.states):
         _set_state_rates(model, w, t)
 
@@ -120,12 +121,12 @@ def found_derivatives(equations: Equations, y: Array, dy: Array) -> None:
 
 @inlined_kernel
 def _fill_others(model: Arrays, work: Work, dy: Array, first: int) -> None:
-    """Fill the rates of bristles, then of states, from a place on."""
-    nb, nz, a = len(model.bristles), len(model.states), work.dynamics.a
-    for k in range(nb):
-        dy[first + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
+    """Fill the rates of the laws' states, then of states of the experiment, from a place on."""
+    ns, nz, a = len(model.law_states), len(model.states), work.dynamics.a
+    for k in range(ns):
+        dy[first + k] = work.contacts[model.law_states[k, 0], RATES + model.law_states[k, 1]]
     for k in range(nz):
-        dy[first + nb + k] = a[len(a) - nz + k]
+        dy[first + ns + k] = a[len(a) - nz + k]
 
 
 @kernel
@@ -199,7 +200,7 @@ def rate_residuals(model: Arrays, w: Workspace, dy: Array, out: Array) -> None:
 
 @kernel
 def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> None:
-    """Fill ``out`` with the residuals of the equations of rates, bristles and states for the derivatives ``dy``.
+    """Fill ``out`` with the residuals of the equations of rates and states for the derivatives ``dy``.
 
     See `linkages.mechanics.integrate.implicit`. Without loops that are closed by multipliers, the residual of the rates
     is the force residual of the free coordinates [N, N m]: the mass matrix times f - dy, found without the mass matrix.

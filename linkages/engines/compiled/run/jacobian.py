@@ -12,29 +12,30 @@ import math
 from typing import Any
 
 from linkages.base.kernel import Array, inlined_kernel, kernel, lazy_kernel
-from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope
+from linkages.base.kernel.dual import DIRECTIONS, put_slopes, seeded, slope, with_number
 from linkages.elements.machine import add_elements
 from linkages.engines.compiled.run.equations import add_reactions, is_solved, row_accelerations, solve_state
 from linkages.engines.compiled.run.model import Equations, Scratch
-from linkages.mechanics.planar.arrays import Arrays, loads_of
+from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.articulated_body import acceleration_response
 from linkages.mechanics.planar.closure_rows import row_acceleration
 from linkages.mechanics.planar.composite_inertia import mass_matrix
-from linkages.mechanics.planar.contact_partials import (
-    BRISTLE_RATE,
-    COUPLE,
+from linkages.mechanics.planar.contact_partials import MOTION, along, contact_partials
+from linkages.mechanics.planar.contacts import (
+    FIRST_RATE,
+    FORCE_COUPLE,
     FORCE_X,
     FORCE_Y,
     RESULT_PLACES,
-    along,
-    contact_partials,
+    ContactMotion,
+    add_contact,
+    contact_motion,
 )
-from linkages.mechanics.planar.contacts import add_contact, contact_motion
-from linkages.mechanics.planar.joint_friction import add_applied
 from linkages.mechanics.planar.kinematics import body_states, moved_states, moved_velocities
 from linkages.mechanics.planar.loads import state_rates
 from linkages.mechanics.planar.loop_dynamics import add_reactions_response, eliminate_rows
 from linkages.mechanics.planar.newton_euler import force_residual, moved_residual
+from linkages.mechanics.planar.reactive_loads import add_applied
 from linkages.mechanics.planar.singularities import solve_neighbour
 from linkages.mechanics.planar.traversal import MOVED, mark_moved
 from linkages.mechanics.planar.workspace import Workspace
@@ -108,7 +109,7 @@ def _fill_moved(equations: Equations, t: float, first: int, count: int, out: Arr
     for i in range(n):
         place = model.free[i]
         d.q[place], d.v[place] = seeded(w.q[place], i - first), seeded(w.v[place], n + i - first)
-    _seed_states(model, w, d, 2 * n + len(model.bristles) - first)
+    _seed_states(model, w, d, 2 * n + len(model.law_states) - first)
     if count == out.shape[0]:
         body_states(model.bodies, d.q, d.v, d.pose, d.vel)
     else:
@@ -128,14 +129,14 @@ def _mark(model: Arrays, s: Scratch, first: int, count: int) -> None:
 
 @lazy_kernel
 def _fill_faster(equations: Equations, t: float, first: int, count: int, out: Array) -> None:
-    """Fill columns of the Jacobian, of rates, bristles and states: the poses do not change."""
+    """Fill columns of the Jacobian, of rates and states: the poses do not change."""
     model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
     d = s.faster
     for k in range(len(model.driven)):
         d.v[model.driven[k]] = w.v[model.driven[k]]
     for i in range(n):
         d.v[model.free[i]] = seeded(w.v[model.free[i]], n + i - first)
-    _seed_states(model, w, d, 2 * n + len(model.bristles) - first)
+    _seed_states(model, w, d, 2 * n + len(model.law_states) - first)
     _mark(model, s, first, count)
     moved_velocities(model.bodies, s.moves, d.pose, d.v, d.vel, w.vel)
     _fill_columns(equations, d, t, first, count, out)
@@ -149,19 +150,17 @@ def _fill_columns(equations: Equations, d: Workspace, t: float, first: int, coun
     d.tau[:] = 0.0
     d.wrench[:] = 0.0
     for k in range(len(model.ends)):
-        own = -1
-        for m in range(len(model.bristles)):
-            if model.bristles[m] == k:
-                own = m
-        rate = _add_linear_contact(equations, d, k, seeded(0.0, 2 * n + own - first if own >= 0 else -1))
-        if own >= 0:
-            for j in range(count):
-                out[2 * n + own, first + j] = slope(rate, j)
+        motion = _add_linear_contact(equations, d, k, 2 * n - first)
+        for m in range(len(model.law_states)):
+            if model.law_states[m, 0] == k:
+                rate = _linear(equations, k, FIRST_RATE + model.law_states[m, 1], motion, 2 * n - first)
+                for j in range(count):
+                    out[2 * n + m, first + j] = slope(rate, j)
     if len(model.states):
         fill_states(model, d, t, d.tau, first, first + count, out)
-    add_elements(model.elements, d.pose, d.vel, d.wrench)
+    add_elements(model.elements, functions_of(model), t, d.v, d.pose, d.vel, d.wrench)
     if len(model.loads):
-        add_applied(model, t, work.value, d, s.friction)
+        add_applied(model, t, work.value, d, s.reactive)
     add_reactions(model, d, work.dynamics.reaction)
     if count == out.shape[0]:
         force_residual(model.bodies, model.gravity, d)
@@ -214,15 +213,29 @@ def _seed_states(model: Arrays, w: Workspace, d: Workspace, before: int) -> None
 
 
 @inlined_kernel
-def _add_linear_contact(equations: Equations, d: Workspace, k: int, bristle: float) -> Any:
-    """Add the wrenches of contact k, linear in its motion, to dual ones; return the rate of its bristles."""
-    end, p, found = equations.model.ends[k], equations.work.scratch.partials[k], equations.work.contacts[k]
+def _add_linear_contact(equations: Equations, d: Workspace, k: int, before: int) -> ContactMotion:
+    """Add the wrenches of contact k, linear in its motion and states, to dual ones; return its motion.
+
+    The slope of the first state of all laws has the index `before`.
+    """
+    end = equations.model.ends[k]
     motion, arms = contact_motion(end, d.pose, d.vel)
-    fx = along(p[FORCE_X], motion, bristle, found[RESULT_PLACES[FORCE_X]])
-    fy = along(p[FORCE_Y], motion, bristle, found[RESULT_PLACES[FORCE_Y]])
-    couple = along(p[COUPLE], motion, bristle, found[RESULT_PLACES[COUPLE]])
+    fx = _linear(equations, k, FORCE_X, motion, before)
+    fy = _linear(equations, k, FORCE_Y, motion, before)
+    couple = _linear(equations, k, FORCE_COUPLE, motion, before)
     add_contact(d.wrench, end, d.pose, motion[0], motion[1], arms, fx, fy, couple)
-    return along(p[BRISTLE_RATE], motion, bristle, found[RESULT_PLACES[BRISTLE_RATE]])
+    return motion
+
+
+@inlined_kernel
+def _linear(equations: Equations, k: int, i: int, motion: ContactMotion, before: int) -> Any:
+    """Return a result of contact k as a dual number that is linear in its motion and its states."""
+    partials, states = equations.work.scratch.partials[k, i], equations.model.law_states
+    total = along(partials, motion)
+    for m in range(len(states)):
+        if states[m, 0] == k:
+            total += partials[MOTION + states[m, 1]] * seeded(0.0, before + m)
+    return with_number(total, equations.work.contacts[k, RESULT_PLACES[i]])
 
 
 @lazy_kernel

@@ -14,7 +14,7 @@ from linkages.engines.methods import method
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.mechanics.integrate.stepper import Stepper, make_stepper
 from linkages.mechanics.planar.arrays import Arrays, size_of
-from linkages.mechanics.planar.contacts import make_memory
+from linkages.mechanics.planar.contact_memory import make_memory
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -65,14 +65,14 @@ class Job(NamedTuple):
     with_loads: bool
     stepper: Stepper
     ideal: Workspace  # of the linkage with every joint ideal, of which q, v, a, pose, vel and acc count
-    landing: Array  # see `linkages.mechanics.planar.contacts.fill_landing`, (nc,)
+    landing: Array  # see `linkages.mechanics.planar.contact_memory.fill_landing`, (nc,)
     y: Array  # a state between steps, (ny,)
     row: Array  # its outputs, (no,)
 
 
 def make_given(system: System, outputs: Records, windows: Array, steps: int | None = None) -> Given:
     """Collect the numbers of a system, with the model of `model_of`; a run has at most `steps`, default `most`."""
-    tree, solver, duration = system.tree, system.experiment.solver, system.experiment.duration
+    tree, solver, duration = system.tree, system.settings, system.settings.duration
     model = model_of(system, outputs)
     longest = solver.max_step or _longest(system)
     return Given(
@@ -122,7 +122,7 @@ def make_job(given: Given, memory: Array | None = None, modes: Indices | None = 
 
 def _longest(system: System) -> float:
     """Longest step [s]: a prescribed motion needs no steps, but extremes are searched for between them."""
-    duration = system.experiment.duration
+    duration = system.settings.duration
     if not system.determinate or system.tree.play or system.tree.flexible:
         return duration
     return min(duration / _FEWEST, _TRAVEL * duration / system.drive_travel if system.drive_travel > 0.0 else np.inf)

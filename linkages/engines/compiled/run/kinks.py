@@ -18,12 +18,14 @@ from linkages.engines.compiled.run.equations import solve_state
 from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import KINKS, RATIOS, SPEEDS, Equations
 from linkages.laws import FRICTIONS
-from linkages.laws.contact.contact_forces import GRAZING
-from linkages.laws.contact.contact_laws import CONTACTS, push
+from linkages.laws.contact.contact_laws import CONTACTS, push, reference_speed
+from linkages.laws.states import remembered_of
 from linkages.mechanics.integrate.stepper import Stepper, copy
+from linkages.mechanics.planar.arrays import functions_of
 from linkages.mechanics.planar.contact_partials import DEPTH_FROM, DEPTH_TO, PUSH_FROM, RATIO_FROM, SLIDING_FROM
-from linkages.mechanics.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
-from linkages.mechanics.planar.loads import acting_functions, fill_inputs, inputs_shape
+from linkages.mechanics.planar.contacts import CLOSING, LOAD, PENETRATION, SLIDING
+from linkages.mechanics.planar.functions import given_at
+from linkages.mechanics.planar.loads import acting_functions
 from linkages.mechanics.planar.motion import fill_switches, switch_counts
 from linkages.system import System
 
@@ -42,7 +44,7 @@ def kinks(system: System) -> Array:
     formulas, in the order of `fill_switches`: 0, or NaN if the motion does not depend on the formula.
     """
     switches = _switches(system)
-    if not system.experiment.can_touch and not np.isfinite(switches).any():
+    if not system.can_touch and not np.isfinite(switches).any():
         return np.zeros((0, KINKS))
     result = np.full((len(system.models), KINKS), np.nan)
     for row, model, law in zip(result, system.models, system.laws, strict=True):
@@ -63,8 +65,9 @@ def _switches(system: System) -> Array:
     """Return the lines of the switches of formulas, see `kinks`."""
     curves = system.motions.arrays, system.torques.arrays, system.loads[3:]
     drives = (np.ones(len(one[2]), bool) for one in curves[:2])
+    told = system.elements.told["function"]
     counts = np.concatenate([switch_counts(*one[1:]) for one in curves])
-    acts = np.repeat(np.concatenate([*drives, acting_functions(system.loads)]), counts)
+    acts = np.repeat(np.concatenate([*drives, acting_functions(system.packed.functions, told)]), counts)
     lines = np.full((-(-len(acts) // KINKS), KINKS), np.nan)
     lines.reshape(-1)[: len(acts)][acts] = 0.0
     return lines
@@ -80,16 +83,17 @@ def kink_values(equations: Equations, t: float, limits: Array, out: Array) -> No
     if len(limits) > nc:
         _switch_values(equations, t, limits, out)
     for k in range(nc):
-        found, approach = work.contacts[k], max(work.memory[k, APPROACH], GRAZING)
+        found, remembered = work.contacts[k], remembered_of(work.memory[k])
+        began = reference_speed(remembered)
         for j in range(KINKS):
             out[k, j] = math.nan
             if limits[k, j] != limits[k, j]:
                 continue
             if j < RATIOS:
-                if approach < math.inf:
-                    out[k, j] = found[CLOSING] / approach - limits[k, j]
+                if began < math.inf:
+                    out[k, j] = found[CLOSING] / began - limits[k, j]
             elif j == SPEEDS:
-                out[k, j] = push(found[PENETRATION], found[CLOSING], approach, equations.model.laws[k])
+                out[k, j] = push(found[PENETRATION], found[CLOSING], remembered, equations.model.laws[k])
             else:
                 out[k, j] = (found[SLIDING] - limits[k, j]) / max(abs(limits[k, j]), _SLOW)
 
@@ -99,11 +103,11 @@ def _switch_values(equations: Equations, t: float, limits: Array, out: Array) ->
     """Fill the lines of the switches of formulas in ``out``; see `kink_values`."""
     model, work = equations.model, equations.work
     w, spans, nc = work.dynamics, work.kinked.spans, len(model.ends)
-    inputs, values = np.zeros(inputs_shape(model.signals, model.states)), out[nc:].reshape(-1)
-    fill_inputs(model.signals, model.states, t, w.v, w.pose, w.vel, inputs)
+    curves, inputs = given_at(functions_of(model), t, w.v, w.pose, w.vel)
+    values = out[nc:].reshape(-1)
     place = fill_switches((model.motion, model.motion_c, model.motion_n), inputs, 0, values)
     place = fill_switches((model.torque, model.torque_c, model.torque_n), inputs, place, values)
-    fill_switches((model.load_t, model.load_c, model.load_n), inputs, place, values)
+    fill_switches(curves, inputs, place, values)
     for k in range(nc, len(limits)):
         for j in range(KINKS):
             out[k, j] = out[k, j] / spans[k, j] if limits[k, j] == 0.0 else math.nan

@@ -1,7 +1,7 @@
 """What compiled code runs on: a system's arrays, arrays to work on; the state and the scale of its errors.
 
-The state is y = [q, v of the free coordinates; bristles of the contacts with LuGre friction; states of equations of the
-experiment's own]. The last are also the last entries of the workspace's v, their rates those of its a.
+The state is y = [q, v of the free coordinates; states of the contacts' laws; states of equations of the experiment's
+own]. The last are also the last entries of the workspace's v, their rates those of its a.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from linkages.base.kernel.dual_copy import DualCopy
 from linkages.elements.machine import count
 from linkages.engines.methods import is_implicit
 from linkages.mechanics.planar.arrays import Arrays, size_of
-from linkages.mechanics.planar.contact_partials import PARTIALS, RESULTS, no_bounds
-from linkages.mechanics.planar.contacts import WIDTH
-from linkages.mechanics.planar.joint_friction import FrictionWork, make_friction_work
+from linkages.mechanics.planar.contact_partials import PARTIALS, no_bounds
+from linkages.mechanics.planar.contacts import RESULTS, WIDTH, limits_a_row
 from linkages.mechanics.planar.loads import LOAD_OUTPUTS
 from linkages.mechanics.planar.motion import switch_counts
-from linkages.mechanics.planar.record_types import ANGLE, STOP
+from linkages.mechanics.planar.reactive_loads import ReactiveLoads, make_reactive_loads
+from linkages.mechanics.planar.record_types import ANGLE
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
@@ -76,15 +76,15 @@ class Scratch(NamedTuple):
     reaction: Array  # changes of the rows' reactions, (nr,)
     changed: Indices  # 1 for coordinates that a direction of duals changes, (n,)
     moves: Indices  # which bodies move with them, (nb,); see `linkages.mechanics.planar.traversal.mark_moved`
-    friction: FrictionWork  # dual
+    reactive: ReactiveLoads  # dual
 
 
 #: Arrays of a workspace that follow from rates; the coordinates and the poses do not.
 _OF_RATES = "v", "tau", "vel", "acc", "wrench", "bias", "modal_bias"
 
 
-def make_scratch(w: Workspace, nc: int, friction: FrictionWork) -> Scratch:
-    """Make the arrays for a workspace, nc contacts and friction, all zero, without bounds."""
+def make_scratch(w: Workspace, nc: int, reactive: ReactiveLoads) -> Scratch:
+    """Make the arrays for a workspace, nc contacts and reactive loads, all zero, without bounds."""
     n, nr = len(w.q), len(w.reaction)
     changes: dict[str, Any] = {name: dual_array(*getattr(w, name).shape) for name in ("q", "pose", *_OF_RATES)}
     moved = w._replace(**changes)
@@ -92,7 +92,7 @@ def make_scratch(w: Workspace, nc: int, friction: FrictionWork) -> Scratch:
     duals = moved, moved._replace(q=w.q, pose=w.pose), dual_array(nr)
     closed = np.zeros(n), np.zeros(n), np.zeros(nr)
     marks = np.zeros(n, np.int64), np.zeros(len(w.bias), np.int64)
-    return Scratch(partials, bounds, np.zeros((n, n)), *duals, *closed, *marks, DualCopy(friction).value)
+    return Scratch(partials, bounds, np.zeros((n, n)), *duals, *closed, *marks, DualCopy(reactive).value)
 
 
 class Work(NamedTuple):
@@ -101,7 +101,7 @@ class Work(NamedTuple):
     dynamics: Workspace
     solved: Array  # time and state at which everything is known; NaN if it is not, (1 + ny,)
     contacts: Array  # `linkages.mechanics.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
-    memory: Array  # `linkages.mechanics.planar.contacts.APPROACH`, see `make_memory`
+    memory: Array  # of the contacts, see `linkages.mechanics.planar.contact_memory`
     modes: Indices  # 1 in contact, -1 free, (nc,)
     value: Array  # for prescribed motions and torques
     rate: Array
@@ -109,7 +109,7 @@ class Work(NamedTuple):
     forces: Array  # result for joints, (nj, 3); see `linkages.results.outputs.quantity.Snapshot`
     efforts: Array  # for drives, (nd,)
     applied: Array  # for loads, (nl, 4)
-    friction: FrictionWork
+    reactive: ReactiveLoads
     scratch: Scratch
     kinked: Kinked
     due: Array  # time of the next sample of each state [s], infinite for continuous ones, (nz,)
@@ -127,8 +127,8 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     """Make the work arrays of a model around the contacts' memory and modes."""
     nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
     n, nm, most = size_of(model), model.bodies.shapes.shape[2], max(nd, len(model.powered))
-    dynamics, ny = make_workspace(nb, n, nr, nm), 2 * len(model.free) + len(model.bristles) + len(model.states)
-    friction = make_friction_work(model, dynamics)
+    dynamics, ny = make_workspace(nb, n, nr, nm), 2 * len(model.free) + len(model.law_states) + len(model.states)
+    reactive = make_reactive_loads(model, dynamics)
     return Work(
         dynamics,
         np.full(1 + ny, np.nan),
@@ -141,17 +141,17 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
         np.zeros((len(model.joints), 3)),
         np.zeros(nd + len(model.powered)),
         np.zeros((len(model.loads) + count(model.elements), len(LOAD_OUTPUTS))),
-        friction,
-        make_scratch(dynamics, nc, friction),
+        reactive,
+        make_scratch(dynamics, nc, reactive),
         make_kinked(model),
         np.full(len(model.states), np.inf),
     )
 
 
 def start_state(system: System) -> Array:
-    """State at t = 0, (ny,): positions and rates of the free coordinates, then bristles, states."""
+    """State at t = 0, (ny,): positions and rates of the free coordinates, then states of laws, other states."""
     free, assembly = system.tree.free_dofs, system.assembly
-    return np.concatenate([assembly.q[free], assembly.v[free], np.zeros(len(system.bristles)), system.start_states])
+    return np.concatenate([assembly.q[free], assembly.v[free], system.law_states.starts, system.start_states])
 
 
 def error_scale(system: System, extent: Array | float | None = None) -> Array:
@@ -159,12 +159,12 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
-    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); bristles by
-    their largest deflection; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, default
+    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); states of
+    laws by their magnitude; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, default
     its own [m].
     """
     size = np.asarray(system.tree.extent if extent is None else extent)[..., None]
-    turns = (system.ends["kind"] == STOP) & (system.ends["row"]["term"]["kind"] == ANGLE)
+    turns = limits_a_row(system.ends) & (system.ends["row"]["term"]["kind"] == ANGLE)
     counts, lever = (_TOUCH if joint.can_touch else _FILM for joint in system.models), system.ends["lever"]
     least = np.array([n * (joint.clearance or np.inf) for n, joint in zip(counts, system.models, strict=True)])
     length = np.minimum(size, (least * np.where(turns, size / lever, 1.0)).min(axis=-1, initial=np.inf, keepdims=True))
@@ -172,11 +172,10 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
     position = np.repeat(length, len(system.tree.free_dofs), axis=-1)
     position[..., system.tree.free_angles] = angle
     rate = system.motion_rate * position
-    resolved = system.experiment.solver.resolve_vibrations or not is_implicit(system)
+    resolved = system.settings.resolve_vibrations or not is_implicit(system)
     if len(system.tree.modal_frequencies) and resolved:
         _limit_vibrations(system, size, position, rate)
-    laws = system.laws[system.bristles]
-    others = np.concatenate([laws["mu_s"] * laws["bristle_scale"], system.state_scales])
+    others = np.concatenate([system.law_states.scales, system.state_scales])
     others = np.broadcast_to(others, (*size.shape[:-1], len(others)))
     return np.concatenate([position, rate, others], axis=-1)
 

@@ -17,7 +17,7 @@ from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
 from linkages.mechanics.integrate.implicit import set_last_step
 from linkages.mechanics.integrate.stepper import OF, Stepper, copy, restart
-from linkages.mechanics.planar.contacts import APPROACH, recorded_part
+from linkages.mechanics.planar.contact_memory import restore_memory
 from linkages.mechanics.planar.loop_dynamics import project
 from linkages.mechanics.planar.motion import last_start
 
@@ -61,28 +61,7 @@ def project_state(equations: Equations, y: Array) -> bool:
 def remember(equations: Equations, steps: Steps, k: int) -> None:
     """Restore the contacts' memory after step k; the equations are not solved with it."""
     equations.work.solved[0] = math.nan
-    memory, row = equations.work.memory, steps.memory[k]
-    nc, (first, cells) = len(memory), recorded_part(memory)
-    for c in range(nc):
-        memory[c, APPROACH] = row[c]
-        for i in range(cells):
-            memory[c, first + i] = row[nc + c * cells + i]
-
-
-@kernel
-def recorded(memory: Array) -> int:
-    """Return the number of entries of `record_memory`."""
-    return len(memory) * (1 + recorded_part(memory)[1])
-
-
-@kernel
-def record_memory(memory: Array, row: Array) -> None:
-    """Fill ``row`` with the memory for the step that follows: approach speeds (nc,), then the oil of each film."""
-    nc, (first, cells) = len(memory), recorded_part(memory)
-    for c in range(nc):
-        row[c] = memory[c, APPROACH]
-        for i in range(cells):
-            row[nc + c * cells + i] = memory[c, first + i]
+    restore_memory(equations.work.memory, steps.memory[k])
 
 
 @kernel(makes_arrays=True)

@@ -23,7 +23,8 @@ from linkages.engines.compiled.run.sampling import tabulate_run
 from linkages.engines.methods import expect_run
 from linkages.mechanics.integrate.driver import COLLAPSED, DONE, PAUSED, Record
 from linkages.mechanics.planar.arrays import size_of
-from linkages.mechanics.planar.contacts import WIDTH, make_memory
+from linkages.mechanics.planar.contact_memory import make_memory
+from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.outputs.columns import Columns, whole_columns
 from linkages.results.outputs.registry import names as all_names
 from linkages.results.outputs.registry import pack

@@ -11,7 +11,7 @@ from linkages.elements.machine import tell_elements
 from linkages.engines.compiled.run.job import Job
 from linkages.engines.compiled.run.replay import Steps, replay
 from linkages.mechanics.integrate.stepper import restart
-from linkages.mechanics.planar.arrays import loads_of
+from linkages.mechanics.planar.arrays import functions_of, loads_of
 from linkages.mechanics.planar.closure import ideal_state
 from linkages.mechanics.planar.loads import load_outputs
 from linkages.mechanics.planar.newton_euler import inertial_forces
@@ -36,19 +36,19 @@ def look(job: Job, t: float, out: Array) -> bool:
         return False
     if job.with_loads:
         if len(model.loads):
-            load_outputs(loads_of(model), work.friction.efforts, t, w.v, w.pose, w.vel, work.applied)
-        tell_elements(model.elements, len(model.loads), w.pose, w.vel, work.applied)
+            load_outputs(loads_of(model), work.reactive.efforts, t, w.v, w.pose, w.vel, work.applied)
+        tell_elements(model.elements, functions_of(model), t, w.v, len(model.loads), w.pose, w.vel, work.applied)
     if job.with_forces:
         inertial_forces(model.bodies, w, model.gravity, w.bias, w.modal_bias)
         if w.interpolated[0] > 0.0:  # the reactions belong to a neighbouring state
             row_reactions(model, w)
         joint_forces(model, w, work.contacts, work.forces, work.efforts)
-    snapshot = Snapshot(model, w, work.contacts, work.forces, work.efforts, work.applied, work.friction)
+    snapshot = Snapshot(model, w, work.contacts, work.forces, work.efforts, work.applied, work.reactive)
     seen, outputs = reference(snapshot), job.outputs
     for k in range(len(outputs)):
         out[k] = output_value(outputs[k], seen)
         if outputs[k].jitter:
-            exact = Snapshot(model, ideal, work.contacts, work.forces, work.efforts, work.applied, work.friction)
+            exact = Snapshot(model, ideal, work.contacts, work.forces, work.efforts, work.applied, work.reactive)
             out[k] -= output_value(outputs[k], reference(exact))
     return True
 

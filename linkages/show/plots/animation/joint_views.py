@@ -41,9 +41,9 @@ class JournalFrames:
 
 def journal_frames(assessment: Assessment, name: str, times: Array) -> JournalFrames:
     """Compute the journal's motion at the instant of the largest force in each frame."""
-    run, joint = assessment.run, assessment.system.mechanism.joint[name]
+    run, joint = assessment.run, assessment.system.joints[name]
     moments = strongest(run, name, times)
-    clearance = assessment.system.experiment.joints[name].clearance or 0.0
+    clearance = assessment.system.joints[name].clearance or 0.0
 
     def vector(symbol: str) -> Array:
         return np.stack([np.interp(moments, run.time, run[f"{name}.{symbol}{axis}"]) for axis in "xy"], axis=1)
@@ -121,10 +121,9 @@ class GuideFrames:
 
 def guide_frames(assessment: Assessment, name: str, times: Array) -> GuideFrames:
     """Compute the block's motion at the instant of the largest force in each frame."""
-    run, mechanism = assessment.run, assessment.system.mechanism
-    joint = mechanism.joint[name]
+    run, joint = assessment.run, assessment.system.joints[name]
     moments = strongest(run, name, times)
-    clearance = assessment.system.experiment.joints[name].clearance or 0.0
+    clearance = assessment.system.joints[name].clearance or 0.0
     half = 0.5 * joint.slot.length if joint.slot is not None else 0.0
 
     def at(column: str) -> Array:
@@ -132,7 +131,7 @@ def guide_frames(assessment: Assessment, name: str, times: Array) -> GuideFrames
 
     angle = np.full(len(times), np.arctan2(joint.direction[1], joint.direction[0]))
     if joint.parent != "world":
-        angle += at(f"{joint.parent}.angle") - mechanism.link[joint.parent].angle
+        angle += at(f"{joint.parent}.angle") - assessment.system.links[joint.parent].angle
     fx, fy, c, s = at(f"{name}.fx"), at(f"{name}.fy"), np.cos(angle), np.sin(angle)
     return GuideFrames(
         at(f"{name}.offset") / clearance,

@@ -14,9 +14,9 @@ from pydrake.math import RigidTransform, RotationMatrix
 
 from linkages.base.arrays import Array
 from linkages.input.files.magnitudes import rounded
-from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.results.assessment import Assessment
 from linkages.results.trajectory import Trajectory
+from linkages.system.joints import SystemJoint
 
 GAP = 0.4  # drawn clearance over the view's radius
 REACH = 1.3  # length of the longest arrow over the view's radius
@@ -53,9 +53,8 @@ def _windows(steps: Array, times: Array) -> list[tuple[int, int]]:
     return list(zip(places[:-1].tolist(), places[1:].tolist(), strict=True))
 
 
-def joint_axes(mechanism: Mechanism, joint: Joint) -> Array:
+def joint_axes(basis: Array, joint: SystemJoint) -> Array:
     """Return the axes (3, 3) of a joint's view in the world: the plane's; for a prismatic joint x is its axis."""
-    basis = mechanism.basis
     if joint.type != "prismatic":
         return basis
     along = basis[:, :2] @ joint.direction
@@ -68,11 +67,11 @@ class MagnifiedView:
     def __init__(self, meshcat: Meshcat, assessment: Assessment, name: str, centre: Array, radius: float) -> None:
         self.meshcat, self.name, self.path = meshcat, name, f"/joints/{name}"
         self.centre, self.radius = centre, radius
-        self.clearance = assessment.system.experiment.joints[name].clearance or 0.0
+        self.clearance = assessment.system.joints[name].clearance or 0.0
         self.largest = float(assessment.run[f"{name}.force"].max())
-        mechanism = assessment.system.mechanism
-        axes = joint_axes(mechanism, mechanism.joint[name])
-        meshcat.SetTransform(self.path, RigidTransform(RotationMatrix(axes), mechanism.basis[:, :2] @ centre))
+        basis = assessment.system.basis
+        axes = joint_axes(basis, assessment.system.joints[name])
+        meshcat.SetTransform(self.path, RigidTransform(RotationMatrix(axes), basis[:, :2] @ centre))
 
     @property
     def scales(self) -> str:

@@ -4,42 +4,46 @@ from __future__ import annotations
 
 import gc
 import logging
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import Context, DiagramBuilder
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.input.files.magnitudes import rounded
-from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.results.assessment import Assessment
+from linkages.show.plots.animation.bounds import bounds
 from linkages.show.plots.animation.joint_views import GuideView, JournalView
 from linkages.show.plots.animation.surroundings import SCALE, Surroundings
 from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
 from linkages.show.plots.style import round_length
 from linkages.system import System
 from linkages.system.ideal_motion import ideal_motion
+from linkages.system.joints import SystemJoint
 from linkages.system.rigid_segments import Segmented, segmented, system_of
 
 _ASPECT = 2.0  # assumed width over height of the window
 _FIELD_OF_VIEW = 25.0  # field of view [deg]; narrow, so that circles at the edge look round
 _FRAMES_PER_SECOND = 60.0
 _DEFLECTION = 0.05  # largest drawn deflection over the linkage's size
+_POSES = 60  # about as many poses are looked at for the bounds of the shapes
 _LENGTH = 8.0  # duration of every animation [s]
 
+_VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
 Views = list[JournalView | GuideView]
 
 
-def write_animation(assessment: Assessment, path: Path, exaggerate: float | None = None) -> None:
-    """Write the run as an animation, an HTML file.
+def write_recording(assessment: Assessment, path: Path, exaggerate: float | None = None) -> None:
+    """Write the run as a Meshcat recording, an HTML file.
 
     `exaggerate` is a factor on the journals' eccentricities and on the deflections of flexible links; default: true
     eccentricities, and deflections magnified until visible. The linkage is assembled again at each frame with its drive
@@ -67,31 +71,37 @@ def _page(assessment: Assessment, exaggerate: float | None) -> str:
     diagram = builder.Build()
     times, q, magnified = frames(assessment, exaggerate, shown)
     start, slow = times[0], max(1.0, _LENGTH / (times[-1] - times[0]))
-    surroundings = Surroundings(assessment, meshcat)
+    root = diagram.CreateDefaultContext()
+    context = plant.GetMyMutableContextFromRoot(root)
+    full = plant.GetPositions(context).copy()
+
+    def posed(rows: Array) -> Iterator[Context]:
+        """Move the plant to the coordinates of each row."""
+        for full[positions] in rows:
+            plant.SetPositions(context, full)
+            yield context
+
+    few = q[:: 1 + len(q) // _POSES]
+    surroundings = Surroundings(assessment, meshcat, bounds(plant, scene_graph, posed(few), shown.basis[:, :2]))
     span = surroundings.span()
     views = _joint_views(assessment, meshcat, times, *span)
     seen = _look_at(assessment, meshcat, views, *span)
     scale = surroundings.draw()
-    root = diagram.CreateDefaultContext()
-    context = plant.GetMyMutableContextFromRoot(root)
-    full = plant.GetPositions(context).copy()
     visualizer.StartRecording(set_transforms_while_recording=False)
-    for frame, (t, coordinates) in enumerate(zip(times, q, strict=True)):
-        full[positions] = coordinates
-        plant.SetPositions(context, full)
+    for frame, (t, _) in enumerate(zip(times, posed(q), strict=True)):
         root.SetTime(slow * (t - start))
         diagram.ForcedPublish(root)
         for view in views:
             view.show(frame, slow * (t - start))
     visualizer.StopRecording()
     visualizer.PublishRecording()
-    places: dict[tuple[float, ...], list[Joint]] = {}
-    for joint in assessment.system.mechanism.joints:  # joints at one place get a common label
+    places: dict[tuple[float, ...], list[SystemJoint]] = {}
+    for joint in assessment.system.joints.values():  # joints at one place get a common label
         places.setdefault(tuple((joint.position / assessment.system.tree.extent).round(6) + 0.0), []).append(joint)
     counts = range(len(times))
     labels = [_label(f"{view.path}/label", view.name, [view.caption(k) for k in counts]) for view in views]
     for group in places.values():
-        anchor = _anchor(shown.mechanism, meshcat, shown.mechanism.joint[group[0].name])
+        anchor = _anchor(shown, meshcat, shown.joints[group[0].name])
         labels.append(_label(anchor, ", ".join(one.name for one in group)))
     labels.append(_label(SCALE, scale))
     said = _texts(assessment, views, times, slow, magnified)
@@ -103,11 +113,11 @@ def _label(anchor: str, title: str, lines: Sequence[str] = ()) -> dict[str, Any]
     return {"path": anchor.strip("/").split("/"), "title": title, "lines": list(lines)}
 
 
-def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
+def _anchor(shown: System, meshcat: Meshcat, joint: SystemJoint) -> str:
     """Fix an anchor to the link of a joint; return its path in the scene."""
     name, at = (joint.child, joint.position) if joint.child != "world" else (joint.parent, joint.position_on_parent)
-    link = mechanism.link[name]
-    path = f"/drake/visualizer/{mechanism.name}/{name}/name of {joint.name}"
+    link = shown.links[name]
+    path = f"/drake/visualizer/{shown.description.machine}/{name}/name of {joint.name}"
     meshcat.SetTransform(path, RigidTransform(link.rotation.T @ (at - link.translation)))
     return path
 
@@ -117,7 +127,7 @@ def frames(
 ) -> tuple[Array, Array, float]:
     """Compute times (n,) [s], tree coordinates (n, nq) of the frames, and the factor on deflections.
 
-    Parameters as `write_animation`; `shown` is the system of the coordinates, with rigid segments if flexible.
+    Parameters as `write_recording`; `shown` is the system of the coordinates, with rigid segments if flexible.
     """
     shown, run, clearances = shown or assessment.system, assessment.run, 1.0 if exaggerate is None else exaggerate
     start, end = run.time[[0, -1]]
@@ -136,7 +146,7 @@ def frames(
         factor = exaggerate if exaggerate is not None else _seen(shown.largest_deflection(recorded), shown.tree.extent)
     offset = np.zeros((len(times), len(shown.tree.closure_rows)))
     for k, name in enumerate(shown.tree.play):
-        parts = ("ex", "ey") if assessment.system.mechanism.joint[name].bearing is not None else ("offset", "tilt")
+        parts = ("ex", "ey") if assessment.system.joints[name].bearing is not None else ("offset", "tilt")
         for axis, part in enumerate(parts):
             offset[:, 2 * k + axis] = clearances * np.interp(times, run.time, run[f"{name}.{part}"])
     try:
@@ -164,7 +174,7 @@ def _joint_views(assessment: Assessment, meshcat: Meshcat, times: Array, low: Ar
         column, row = divmod(k, 2)
         right = high[0] + radius * (2.0 + 3.0 * column)
         up = 0.5 * (low[1] + high[1]) + 3.2 * radius * (0.5 * (rows - 1) - row)
-        kind = JournalView if assessment.system.mechanism.joint[name].type == "revolute" else GuideView
+        kind = JournalView if assessment.system.joints[name].type == "revolute" else GuideView
         view = kind(meshcat, assessment, name, np.array([right, up]), radius)
         view.draw(assessment, times)
         views.append(view)
@@ -178,7 +188,7 @@ def _look_at(assessment: Assessment, meshcat: Meshcat, views: Views, low: Array,
         low = np.minimum(low, view.centre - 1.3 * view.radius)
         high = np.maximum(high, view.centre + 1.5 * view.radius)
     size = np.maximum(high - low, 0.3 * assessment.system.tree.extent)
-    basis = assessment.system.mechanism.basis
+    basis = assessment.system.basis
     middle = basis[:, :2] @ (0.5 * (low + high))
     shown = 1.25 * max(size[1], size[0] / _ASPECT)
     distance = 0.5 * shown / np.tan(0.5 * np.radians(_FIELD_OF_VIEW))
@@ -199,7 +209,7 @@ def _look_at(assessment: Assessment, meshcat: Meshcat, views: Views, low: Array,
 
 def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magnified: float) -> dict[str, Any]:
     """Return time, legend and curves below the scene; see `add_captions`."""
-    experiment, tree = assessment.system.experiment, assessment.system.tree
+    system, tree = assessment.system, assessment.system.tree
     pace = f"{rounded(slow)} times slower than real time" if slow > 1.0 else "real time"
     scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
     legend = (
@@ -207,8 +217,9 @@ def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magn
         f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
     bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.flexible else ""
-    names = columns(experiment.outputs, tree.play, experiment.driving)
+    names = columns(system.settings.outputs, tree.play, system.actuators)
     return {
+        "title": system.description.title or system.description.machine,
         "clock": [f"t = {t:.4f} s, {pace}" for t in times],
         "legend": bent + (legend if views else ""),
         "curves": curves(names, assessment.run, assessment.ideal, assessment.noise),
@@ -228,5 +239,8 @@ def add_captions(page: str, shown: Mapping[str, Any]) -> str:
     head, found, tail = page.rpartition("</body>")
     if not found:
         raise ValueError("the recording has no body to write captions into")
+    title = escape(str(shown.get("title", "Animation of a linkage")))
+    head = re.sub(r"<title>.*?</title>", "", head, count=1, flags=re.DOTALL)
+    head = head.replace("<head>", f"<head>{_VIEWPORT}<title>{title}</title>", 1)
     overlay = own_text("linkages.show.plots.animation", "overlay.html")
     return f"{head}{filled(overlay, curves=Markup(script()), data=embedded(shown))}{found}{tail}"

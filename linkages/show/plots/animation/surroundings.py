@@ -12,11 +12,12 @@ from pydrake.geometry import Box, Cylinder, Meshcat, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
 from linkages.base.arrays import Array
-from linkages.input.model.mechanism import Joint
+from linkages.base.palette import MARK
 from linkages.results.assessment import Assessment
 from linkages.show.plots.animation.magnified import GROUND, joint_axes
-from linkages.show.plots.drawing.shapes import MARK, below, hatched
+from linkages.show.plots.drawing.shapes import below, hatched
 from linkages.show.plots.style import asked_points, round_length
+from linkages.system.joints import SystemJoint
 
 # lengths over the linkage's size
 _LINE = 0.004  # width of a line
@@ -26,36 +27,38 @@ _RAIL = 0.035  # height of the hatched ground below a rail
 _BENEATH = 0.02  # depth of paths and hatching below the plane
 
 _PATH_POINTS = 1000
+_NOWHERE = np.empty((0, 2))
 SCALE = "/ground/scale/label"  # place of a label in the scene
 
 
 class Surroundings:
-    """Draws the surroundings of the moving parts."""
+    """Draws the surroundings of the moving parts; `bodies` (2, 2) are the corners of their shapes, plane axes [m]."""
 
-    def __init__(self, assessment: Assessment, meshcat: Meshcat) -> None:
-        self.assessment, self.meshcat = assessment, meshcat
-        self.mechanism, self.size = assessment.system.mechanism, assessment.system.tree.extent
-        self.basis = self.mechanism.basis
-        depths = [float(self.basis[:, 2] @ link.translation) for link in self.mechanism.links]
+    def __init__(self, assessment: Assessment, meshcat: Meshcat, bodies: Array = _NOWHERE) -> None:
+        self.assessment, self.meshcat, self.bodies = assessment, meshcat, bodies
+        self.system, self.size = assessment.system, assessment.system.tree.extent
+        self.basis = self.system.basis
+        depths = [float(self.basis[:, 2] @ link.translation) for link in self.system.links.values()]
         self.depth = min(depths) - _BENEATH * self.size
 
     def span(self) -> tuple[Array, Array]:
         """Return the lower left and upper right corner of all moving parts, plane axes [m]."""
-        places = np.concatenate([*(self._path(name) for name in self.mechanism.point), *self._rails().values()])
+        paths = (self._path(name) for name in self.system.points)
+        places = np.concatenate([self.bodies, *paths, *self._rails().values()])
         return places.min(axis=0), places.max(axis=0)
 
     def draw(self) -> str:
         """Draw all surroundings; return the text of the scale, whose label is at `SCALE`."""
-        for joint in self.mechanism.joints:
+        for joint in self.system.joints.values():
             if "world" in (joint.parent, joint.child):
                 self._ground(joint)
         every = 1 + len(self.assessment.run.time) // _PATH_POINTS
-        paths = [self._path(name)[::every] for name in asked_points(self.assessment.system.experiment.outputs)]
+        paths = [self._path(name)[::every] for name in asked_points(self.assessment.system.settings.outputs)]
         mark = [int(MARK[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
         self._lines("paths", paths, Rgba(*mark, 0.8))
         return self._scale()
 
-    def _ground(self, joint: Joint) -> None:
+    def _ground(self, joint: SystemJoint) -> None:
         """Mark a joint on the ground: a pivot on a support for a revolute joint, a rail for a prismatic one."""
         size, normal = self.size, np.array([0.0, -1.0])
         if joint.type == "revolute":
@@ -74,7 +77,7 @@ class Surroundings:
             ends = np.array([start, end]) + _RAIL * size * normal
         else:
             return
-        pose = RigidTransform(RotationMatrix(joint_axes(self.mechanism, joint)), position)
+        pose = RigidTransform(RotationMatrix(joint_axes(self.basis, joint)), position)
         self.meshcat.SetObject(f"/ground/{joint.name}/joint", shape, GROUND)
         self.meshcat.SetTransform(f"/ground/{joint.name}/joint", pose)
         step = _HATCH * size
@@ -112,12 +115,12 @@ class Surroundings:
     def _rails(self) -> dict[str, Array]:
         """Find the ends (2, 2) of each rail on the ground [m]: the stroke of a prismatic joint, extended."""
         result = {}
-        for joint in self.mechanism.joints:
+        for joint in self.system.joints.values():
             if joint.type == "prismatic" and "world" in (joint.parent, joint.child):
                 block, at = joint.child, joint.on_child
                 if block == "world":
                     block, at = joint.parent, joint.on_parent
-                travel = (self._path(block) - self.mechanism.link[block].origin) @ joint.direction
+                travel = (self._path(block) - self.system.links[block].origin) @ joint.direction
                 margin = 0.2 * np.ptp(travel) + 0.05 * self.size
                 reach = [travel.min() - margin, travel.max() + margin]
                 result[joint.name] = at + np.outer(reach, joint.direction)

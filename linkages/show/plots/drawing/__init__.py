@@ -8,7 +8,9 @@
 | drawing     | `Drawing`: all shapes of a mechanism, and its poses over each drive's range of motion |
 | facts       | properties of the mechanism in sentences and tables                                   |
 | svg         | a drawing -> SVG, HTML page with a slider for each drive                              |
+| poses       | poses of a drawing's bodies over a run                                                |
 | moving      | a drawing and a run -> GIF, MP4                                                       |
+| replay      | a drawing and a run -> HTML page with a slider of time                                |
 | raster      | a drawing -> a matplotlib figure                                                      |
 """
 

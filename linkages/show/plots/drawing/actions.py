@@ -1,21 +1,31 @@
-"""Shapes of an experiment's elements: drives, loads, gears, stops, lines in contact with points."""
+"""Shapes of an experiment's elements: drives, loads, elements of `linkages.elements`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError
-from linkages.elements.element import Around, Between, Picture
-from linkages.elements.machine import elements_of
+from linkages.elements.machine import all_elements_of, count, elements_of, tell_elements
+from linkages.elements.pictures import (
+    Around,
+    Arrow,
+    Between,
+    Labelled,
+    Named,
+    Picture,
+    Ring,
+    Scene,
+    Traced,
+    Turning,
+    Wall,
+)
 from linkages.input.model.experiment import Experiment
-from linkages.input.model.load_tables import ForceTable, LineContact, Mesh, Stop
 from linkages.input.model.mechanism import Joint
-from linkages.input.model.skeleton import skeleton
 from linkages.mechanics.planar.kinematics import state_tables
-from linkages.mechanics.planar.loads import LOAD_OUTPUTS, load_outputs
+from linkages.mechanics.planar.loads import LOAD_OUTPUTS
 from linkages.show.plots.drawing.parts import BLOCK, Parts
 from linkages.show.plots.drawing.shapes import DrawnPoint, Shape, shape
 from linkages.system import System
@@ -23,12 +33,9 @@ from linkages.system.ideal_motion import IdealMotion
 
 # lengths in units of the drawing
 _ARROW = 9.0
-_REACH = 12.0  # half the length of a contact line
 _DRIVE, _TORQUE = 3.4, 4.3  # radii of the arrows around a joint
 _ZIGZAG = np.arange(-4.0, 5.0), 1.2 * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0])  # along the slot, and across
 _NAME = 3.6  # distance of a load's name from its joint
-_STOP = 2.6, 7.0  # distances from the joint of the ends of an angular stop
-_PULLEYS = 0.3, 6.0  # the larger pulley of a belt: radius over the distance of the axes, or in units if they coincide
 _TIMES = 501  # number of sampled times of drives and loads
 
 
@@ -36,35 +43,14 @@ class Done:
     """Makes the shapes of an experiment's elements; idle drives point along their coordinates."""
 
     def __init__(self, parts: Parts, asked: System) -> None:
-        self.parts, self.mechanism, self.unit = parts, parts.mechanism, parts.unit
-        self.senses, self.strongest = senses(asked), strongest(asked)
+        self.parts, self.tree, self.unit = parts, parts.tree, parts.unit
+        self.senses, self.strongest = senses(asked), strongest(asked, self)
 
     def all(self, experiment: Experiment) -> Iterator[Shape]:
-        """Draw all loads, gears, stops and lines."""
-        for name, force in experiment.forces.items():
-            yield from self._force(name, force)
-        for name, torque in experiment.torques.items():
-            sign = float(np.sign(self.strongest.get(name, np.ones(1))[0]))
-            if torque.joint is not None:
-                joint = self.mechanism.joint[torque.joint]
-                yield from self.parts.turning("load", joint.parent, joint.on_parent, _TORQUE, sign * joint.sign)
-                yield self._beside(name, joint, _TORQUE + 2.0)
-            else:
-                link = self.mechanism.link[torque.link or ""]
-                yield from self.parts.turning("load", link.name, link.com, 2.8, sign)
-                yield shape("load name", [self.parts.off(link.name, link.com, (0.0, 4.4))], text=name)
-        for kind, name, keys in elements_of(experiment.elements):
-            yield from self._element(name, kind.picture(keys))
-        for name, friction in experiment.frictions.items():
-            joint = self.mechanism.joint[friction.joint]
-            yield shape("friction", [self.parts.on(joint.child, joint.on_child)])
-            yield self._beside(name, joint, _NAME)
-        for name, gear in experiment.meshes.items():
-            yield from self._gear(name, gear)
-        for name, stop in experiment.stops.items():
-            yield from self._stop(name, stop)
-        for name, touch in experiment.contacts.items():
-            yield from self._line(name, touch)
+        """Draw all elements."""
+        for kind, name, keys in all_elements_of(experiment.elements):
+            for picture in kind.picture(keys, self):
+                yield from self._part(name, picture)
 
     def drive(self, joint: Joint) -> Iterator[Shape]:
         """Draw an arrow in the initial direction of a drive."""
@@ -81,14 +67,14 @@ class Done:
         ends, away = (joint.parent, joint.child), max(away, BLOCK * (joint.type == "prismatic"))
         return self.parts.name_beside("load name", joint.child, joint.on_child, away, name, ends)
 
-    def _force(self, name: str, load: ForceTable) -> Iterator[Shape]:
+    def _arrow(self, name: str, picture: Arrow) -> Iterator[Shape]:
         """Draw an arrow to the point of action of a force, in the direction of its largest value."""
-        point, parts = self.mechanism.point[load.point], self.parts
+        point, parts = self.tree.points[picture.point], self.parts
         force = self.strongest.get(name, np.array([0.0, -1.0]))
         way = force / np.linalg.norm(force)
         at = parts.on(point.link, point.origin)
         beside: Callable[..., DrawnPoint] = parts.off
-        if load.axes == "body":  # rotates with the link
+        if picture.turns:  # with the link
             angle = parts.poses[0, int(at[0]), 2]
             c, s = np.cos(angle), np.sin(angle)
             way, beside = np.array([c * way[0] + s * way[1], c * way[1] - s * way[0]]), parts.on
@@ -97,20 +83,49 @@ class Done:
         parts.take(parts.at(at), parts.at(tail) - parts.at(at))
         yield shape("load name", [tail], text=name)
 
-    def _element(self, name: str, picture: Picture) -> Iterator[Shape]:
-        """Draw an element."""
+    def joint(self, name: str) -> Joint:
+        """Return a joint."""
+        return self.tree.joints[name]
+
+    def frame(self, name: str) -> tuple[str, Array, float]:
+        """Return link, origin (2,) [m] and angle of a link's or named frame, in the reference configuration."""
+        frame = self.tree.points[name]
+        return frame.link, frame.origin, frame.angle
+
+    def farthest(self, link: str, point: Array) -> Array:
+        """Return the way (2,) from a point to the farthest place of a link, in the reference configuration [m]."""
+        ways = self.tree.skeleton(link).places - point
+        return np.asarray(ways[int(np.linalg.norm(ways, axis=1).argmax())])
+
+    def _part(self, name: str, picture: Picture) -> Iterator[Shape]:
+        """Draw a part of the picture of an element with this name."""
         match picture:
             case Between():
                 yield from self._between(name, picture)
             case Around():
                 yield from self._around(name, picture)
+            case Arrow():
+                yield from self._arrow(name, picture)
+            case Turning():
+                yield from self._turning(name, picture)
+            case Traced(points, style):
+                yield shape(style, [self.parts.on(*point) for point in points])
+            case Wall(link, place, ends, into):
+                yield from self.parts.hatching(link, place, ends, into)
+            case Ring(joint):
+                one = self.tree.joints[joint]
+                yield shape("ring", [self.parts.on(one.child, one.on_child)])
+            case Named(joint):
+                yield self._beside(name, self.tree.joints[joint], _NAME)
+            case Labelled(link, place, away):
+                yield shape("load name", [self.parts.off(link, place, away)], text=name)
 
     def _between(self, name: str, picture: Between) -> Iterator[Shape]:
         """Draw a dashed line between two points; a support at a fixed one."""
         parts, ends = self.parts, []
         for point in (picture.one, picture.other):
             if isinstance(point, str):
-                place = self.mechanism.point[point]
+                place = self.tree.points[point]
                 ends.append(parts.on(place.link, place.origin))
             else:
                 anchor = np.array(point)
@@ -123,12 +138,12 @@ class Done:
 
     def _around(self, name: str, picture: Around) -> Iterator[Shape]:
         """Draw a spiral in a joint, or at the centre of mass of a link; in a prismatic joint a zigzag."""
-        joint = self.mechanism.joint[picture.joint] if picture.joint is not None else None
+        joint = self.tree.joints[picture.joint] if picture.joint is not None else None
         if joint is not None:
             link, at = joint.child, joint.on_child
         else:
             link = picture.link or ""
-            at = self.mechanism.link[link].com
+            at = self.tree.links[link].com
         if joint is not None and joint.type == "prismatic":
             along, across = np.array(joint.direction), np.array([-joint.direction[1], joint.direction[0]])
             ways = np.outer(_ZIGZAG[0], along) + np.outer(_ZIGZAG[1], across)
@@ -142,90 +157,22 @@ class Done:
         else:
             yield shape("load name", [self.parts.off(link, at, (0.0, 4.6))], text=name)
 
-    def _gear(self, name: str, gear: Mesh) -> Iterator[Shape]:
-        """Draw the pitch circles of meshing wheels or of a rack's pinion; or the pulleys and the belt."""
-        first, second = (self.mechanism.joint[joint] for joint in gear.joints)
-        shared = (one for one in (first.parent, first.child) if one in (second.parent, second.child))
-        carrier = gear.carrier or next(shared, None)
-        apart = second.on_child - first.on_child
-        distance, ratio = float(np.linalg.norm(apart)), abs(gear.ratio)
-        turning = [joint for joint in (first, second) if joint.type == "revolute"]
-        meshing = gear.ratio * first.sign * second.sign < 0.0
-        if len(turning) == 2:
-            sizes = np.array([ratio, 1.0])
-            wide, alone = _PULLEYS
-            if distance == 0.0:
-                radii = alone * self.unit * sizes / sizes.max()
-            elif meshing and carrier is not None:
-                radii = distance * sizes / sizes.sum()
-            else:
-                radii = wide * distance * sizes / sizes.max()
+    def _turning(self, name: str, picture: Turning) -> Iterator[Shape]:
+        """Draw an arrow around a joint or a link's centre of mass, in the sense of the largest torque."""
+        sign = float(np.sign(self.strongest.get(name, np.ones(1))[0]))
+        if picture.joint is not None:
+            joint = self.tree.joints[picture.joint]
+            yield from self.parts.turning("load", joint.parent, joint.on_parent, _TORQUE, sign * joint.sign)
+            yield self._beside(name, joint, _TORQUE + 2.0)
         else:
-            radii = np.array([ratio if first.type == "revolute" else 1.0 / ratio])
-        for joint, radius in zip(turning, radii, strict=False):
-            yield self._wheel(joint, carrier, float(radius))
-        if distance > 0.0 and not (meshing and len(turning) == 2 and carrier is not None):
-            yield from self._belt(first, second, carrier, apart / distance, radii if len(turning) == 2 else np.zeros(2))
-        at = turning[0] if turning else first
-        yield self._beside(name, at, _NAME)
-
-    def _wheel(self, joint: Joint, carrier: str | None, radius: float) -> Shape:
-        """Draw a circle with a spoke on the link that rotates on the carrier."""
-        link, at = (joint.parent, joint.on_parent) if joint.child == carrier else (joint.child, joint.on_child)
-        turn = np.linspace(0.0, 2.0 * np.pi, 73)
-        rim = np.column_stack([np.cos(turn), np.sin(turn)]) * radius / self.unit
-        return shape("gear", [self.parts.on(link, at, place) for place in (np.zeros(2), *rim)])
-
-    def _belt(self, first: Joint, second: Joint, carrier: str | None, along: Array, radii: Array) -> Iterator[Shape]:
-        """Draw the tangents of two wheels on a carrier; a line between the joints if there are none."""
-        if carrier is None or not radii.any():
-            yield shape("gear", [self.parts.on(joint.child, joint.on_child) for joint in (first, second)])
-            return
-        distance = float(np.linalg.norm(second.on_child - first.on_child))
-        sine = (radii[0] - radii[1]) / distance
-        for side in (1.0, -1.0):
-            normal = sine * along + side * np.sqrt(1.0 - sine**2) * np.array([-along[1], along[0]])
-            ends = zip((first, second), radii / self.unit, strict=True)
-            yield shape("gear", [self.parts.on(carrier, joint.on_child, radius * normal) for joint, radius in ends])
-
-    def _stop(self, name: str, stop: Stop) -> Iterator[Shape]:
-        """Draw the limit of a joint's coordinate, hatched beyond it."""
-        joint, beyond = self.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
-        if joint.type == "prismatic":
-            across = np.array([-joint.direction[1], joint.direction[0]])
-            at = (stop.limit / self.unit + beyond * 2.3) * joint.direction  # position of the block's edge
-            ends = np.array([at + s * across for s in (-2.6, 2.6)])
-            yield from self.parts.hatching(joint.parent, joint.on_parent, ends, beyond * joint.direction)
-        else:
-            held, link, sense = joint.parent, joint.child, joint.sign
-            if link == "world":
-                held, link, sense = joint.child, joint.parent, -joint.sign
-            form = skeleton(self.mechanism, self.mechanism.link[link], self.parts.tree.extent)
-            ways = form.places - joint.on_child
-            way = ways[int(np.linalg.norm(ways, axis=1).argmax())]
-            angle = np.arctan2(way[1], way[0]) + sense * stop.limit
-            along = np.array([np.cos(angle), np.sin(angle)])
-            normal = sense * beyond * np.array([-along[1], along[0]])
-            edge = 0.65 * normal  # half of a bar
-            ends = np.array([s * along + edge for s in _STOP])
-            yield from self.parts.hatching(held, joint.on_parent, ends, normal)
-        yield self._beside(name, joint, _NAME)
-
-    def _line(self, name: str, touch: LineContact) -> Iterator[Shape]:
-        """Draw a contact line of a point, hatched on the forbidden side."""
-        frame = self.mechanism.point[touch.line] if touch.line is not None else None
-        link, at, angle = "world", np.array(touch.anchor), touch.angle
-        if frame is not None:
-            link, at, angle = frame.link, frame.origin, frame.angle
-        along, into = np.array([np.cos(angle), np.sin(angle)]), np.array([np.sin(angle), -np.cos(angle)])
-        yield shape("rail", [self.parts.on(link, at, s * along) for s in (-_REACH, _REACH)])
-        yield from self.parts.hatching(link, at, np.outer([-_REACH, _REACH], along), into)
-        yield shape("load name", [self.parts.off(link, at, 2.2 * into)], text=name)
+            link = self.tree.links[picture.link or ""]
+            yield from self.parts.turning("load", link.name, link.com, 2.8, sign)
+            yield shape("load name", [self.parts.off(link.name, link.com, (0.0, 4.4))], text=name)
 
 
 def senses(system: System) -> dict[str, float]:
     """Find the sense of each drive's first motion or torque: 1 along its coordinate, or -1; idle drives omitted."""
-    times = np.linspace(0.0, system.experiment.duration, _TIMES)
+    times = np.linspace(0.0, system.settings.duration, _TIMES)
     moved = system.motions(times)[0]
     found = dict(zip(system.tree.driven, (moved - moved[:1]).T, strict=True))
     found |= dict(zip(system.tree.powered, system.torques(times)[0].T, strict=True))
@@ -234,13 +181,15 @@ def senses(system: System) -> dict[str, float]:
     return {name: float(np.sign(values[0])) for name, values in moving.items() if len(values)}
 
 
-def strongest(system: System) -> Mapping[str, Array]:
+def strongest(system: System, scene: Scene) -> Mapping[str, Array]:
     """Find the largest forces (2,) [N], plane axes, and torques (1,) [N m] in the ideal linkage's motion.
 
-    If the drives do not determine the motion, the values at the start are used; zero loads are omitted.
+    They are the values of elements whose pictures are arrows. If the drives do not determine the motion, the values at
+    the start are used; zero loads are omitted.
     """
     ideal = system.ideal()
-    if not (ideal.experiment.forces or ideal.experiment.torques):
+    parts = [(name, _values_drawn(kind.picture(keys, scene))) for kind, name, keys in elements_of(ideal.parts)]
+    if not any(shown for _, shown in parts):
         return {}
     try:
         if ideal.determinate:
@@ -252,14 +201,19 @@ def strongest(system: System) -> Mapping[str, Array]:
     except (AssemblyError, InputError):  # drawn in the file's pose, with gaps in red
         return {}
     pose, vel = state_tables(ideal.tree.bodies, q, v)
-    values = np.empty((len(q), len(ideal.loads[0]), len(LOAD_OUTPUTS)))
+    values = np.empty((len(q), count(ideal.elements), len(LOAD_OUTPUTS)))
     for k, time in enumerate(times):
         rates = np.concatenate([v[k], ideal.start_states])
-        load_outputs(ideal.loads, np.zeros(len(ideal.loads[0])), time, rates, pose[k], vel[k], values[k])
+        tell_elements(ideal.elements, ideal.packed.functions, time, rates, 0, pose[k], vel[k], values[k])
     found = {}
-    for k, (table, name) in enumerate(ideal.experiment.loads):
-        parts = values[:, k, : {"forces": 2, "torques": 1}.get(table, 0)]
-        largest = parts[np.linalg.norm(parts, axis=1).argmax()]
+    for k, (name, shown) in enumerate(parts):
+        own = values[:, k, :shown]
+        largest = own[np.linalg.norm(own, axis=1).argmax()]
         if np.any(largest):
             found[name] = largest
     return found
+
+
+def _values_drawn(pictures: Iterable[Picture]) -> int:
+    """Return the number of values that an element's pictures show by arrows."""
+    return max((one.values for one in pictures if isinstance(one, Arrow | Turning)), default=0)

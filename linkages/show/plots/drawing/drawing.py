@@ -9,7 +9,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError
-from linkages.elements.machine import elements_of
+from linkages.elements.machine import all_elements_of
 from linkages.explore.range_of_motion import Travel, movable, travel
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.plausibility import doubts
@@ -31,14 +31,15 @@ _SHOWN = 181  # number of poses of a slider
 
 @dataclass(frozen=True)
 class Slider:
-    """The range of motion of a drive, as a slider."""
+    """A motion as a slider: the range of a drive, or a run."""
 
-    name: str  # joint
-    unit: str  # of `values`: deg or mm
+    name: str  # joint, or time
+    unit: str  # of `values`: deg or mm, or s
     values: Array  # (n,)
     poses: Array  # (n, nb, 3) position [m] and angle [rad] of each body
     first: int  # index of the start
     sense: float  # initial sense of the playback: 1 or -1
+    digits: int = 1  # decimals of the shown value
 
 
 @dataclass(frozen=True)
@@ -74,22 +75,30 @@ def draw(asked: System) -> Drawing:
     mechanism, experiment = asked.mechanism, asked.experiment
     starts = {name: drive.start(experiment.values) for name, drive in experiment.drives.items()}  # [rad or m]
     try:
-        system = movable(mechanism, starts, experiment.meshes)
-        ways = [travel(system, name) for name in system.experiment.drives]
+        system = movable(mechanism, starts, experiment.couplings_alone)
+        ways = [travel(system, name) for name in system.drives]
         tree, pose, problem = system.tree, _pose(system.tree, system.assembly.q), ""
     except AssemblyError as failure:
         system, ways, problem = None, [], str(failure)
         tree = spanning_tree(mechanism)
         pose = _pose(tree, np.zeros(tree.size))
     poses = np.concatenate([pose[None], *(way.pose[:, :, :3] for way in ways)])
-    elements = elements_of(experiment.elements)
+    elements = all_elements_of(experiment.elements)
     fixed = [point for kind, _, keys in elements for point in kind.points(keys) if not isinstance(point, str)]
-    fixed += [touch.anchor for touch in experiment.contacts.values() if touch.anchor is not None]
     anchors = [np.array(anchor) for anchor in fixed]
-    low, high = _box(tree, poses, anchors)
-    parts = Parts(tree, low, high, poses)
-    done = Done(parts, asked)
-    shapes = tuple(_shapes(parts, done, experiment, ways, low, high))
+
+    def drawn(low: Array, high: Array) -> tuple[Done, tuple[Shape, ...]]:
+        """Draw everything in a picture with these corners."""
+        done = Done(Parts(tree, low, high, poses), asked)
+        return done, tuple(_shapes(done.parts, done, experiment, ways, low, high))
+
+    reached = _reached(tree, poses, anchors)
+    low, high = _box(tree, reached)
+    done, shapes = drawn(low, high)
+    wheels = [placed(one.at, pose) for one in shapes if one.role == "pitch line" for pose in poses]
+    if wheels:  # their radii follow from the shapes
+        low, high = _box(tree, np.concatenate([reached, *wheels]))
+        done, shapes = drawn(low, high)
     title = experiment.title or mechanism.name
     sliders = tuple(_slider(system, way, done.senses.get(way.drive, 1.0)) for way in ways if system)
     return Drawing(
@@ -108,14 +117,17 @@ def _reference(tree: Tree) -> Array:
     return np.column_stack([tree.drawn, _pose(tree, np.zeros(tree.size))[:, 2]])
 
 
-def _box(tree: Tree, poses: Array, anchors: Sequence[Array]) -> tuple[Array, Array]:
-    """Find the corners of the picture: around all joints, frames and fixed points in all poses."""
-    mechanism = tree.mechanism
-    ends = [end for j in mechanism.joints for end in ((j.parent, j.on_parent), (j.child, j.on_child))]
-    ends += [(point.link, point.origin) for point in mechanism.frames]
-    ends += [(link.name, link.com) for link in mechanism.links] + [("world", anchor) for anchor in anchors]
+def _reached(tree: Tree, poses: Array, anchors: Sequence[Array]) -> Array:
+    """Return the places (n, 2) of all joints, frames and fixed points in all poses."""
+    ends = [end for j in tree.joints.values() for end in ((j.parent, j.on_parent), (j.child, j.on_child))]
+    ends += [(point.link, point.origin) for point in tree.frames]
+    ends += [(link.name, link.com) for link in tree.links.values()] + [("world", anchor) for anchor in anchors]
     at = np.array([(*tree.marker(*end), 0.0, 0.0) for end in ends])
-    reached = np.concatenate([placed(at, pose) for pose in poses])
+    return np.concatenate([placed(at, pose) for pose in poses])
+
+
+def _box(tree: Tree, reached: Array) -> tuple[Array, Array]:
+    """Find the corners of the picture around places (n, 2)."""
     low, high = reached.min(axis=0), reached.max(axis=0)
     span = high - low
     width = max(span[0] / (1.0 - 0.02 * _MARGIN), 1e-3 * tree.extent, 0.8 * span[1])
@@ -128,25 +140,25 @@ def _shapes(
     parts: Parts, done: Done, experiment: Experiment, ways: Sequence[Travel], low: Array, high: Array
 ) -> Iterator[Shape]:
     """Return all shapes from bottom to top."""
-    mechanism, play = parts.mechanism, experiment.play
+    tree, play = parts.tree, experiment.play
     points = asked_points(experiment.outputs)
     yield from _furniture(parts, experiment, low, high)
-    for joint in mechanism.joints:
+    for joint in tree.joints.values():
         yield from parts.beneath(joint)
     if ways:
         for name in points:
-            frame = mechanism.place[name]
+            frame = tree.places[name]
             marker = np.array([parts.on(frame.link, frame.origin)])
             path = np.concatenate([placed(marker, pose) for pose in ways[0].pose[:: 1 + len(ways[0].pose) // _PATH]])
             yield shape("path", [(0, 0.0, 0.0, *at) for at in path])
-    for link in mechanism.links:
+    for link in tree.links.values():
         yield from parts.link(link)
-    for joint in sorted(mechanism.joints, key=lambda joint: joint.type != "prismatic"):  # pins above blocks
+    for joint in sorted(tree.joints.values(), key=lambda joint: joint.type != "prismatic"):  # pins above blocks
         yield from parts.joint(joint, joint.name in play)
     for way in ways:
-        yield from done.drive(mechanism.joint[way.drive])
-    for link in mechanism.links:
-        yield parts.link_name(link)
+        yield from done.drive(tree.joints[way.drive])
+    for link in tree.links.values():
+        yield from parts.link_name(link)
     yield from done.all(experiment)
     for name in points:
         yield from parts.point(name)
@@ -155,7 +167,7 @@ def _shapes(
 
 def _furniture(parts: Parts, experiment: Experiment, low: Array, high: Array) -> Iterator[Shape]:
     """Draw scale, axes, and the direction of gravity."""
-    unit, basis = parts.unit, parts.mechanism.basis
+    unit, basis = parts.unit, parts.tree.basis
 
     def at(corner: Array, x: float, y: float) -> tuple[float, float, float, float, float]:
         return 0.0, 0.0, 0.0, float(corner[0] + x * unit), float(corner[1] + y * unit)
@@ -190,8 +202,8 @@ def _axis(direction: Array) -> str:
 
 def _slider(system: System, way: Travel, sense: float) -> Slider:
     """Reduce a range of motion to the visible resolution."""
-    turns = system.mechanism.joint[way.drive].type == "revolute"
-    start = system.experiment.drives[way.drive].start(system.experiment.values)
+    turns = system.joints[way.drive].type == "revolute"
+    start = system.drives[way.drive].start(system.values)
     evenly = np.linspace(0, len(way.values) - 1, _SHOWN).round().astype(int)
     keep = np.unique([*evenly, int(np.argmin(np.abs(way.values - start)))])
     values = way.values[keep]

@@ -33,7 +33,7 @@ def facts(
     if system is not None:
         mobility = system.assembly.mobility
         parts += f"; {counted(mobility, 'degree')} of freedom"
-        driven = list(system.experiment.drives)
+        driven = list(system.drives)
         if spare := [name for name in starts if name not in driven]:
             parts += f", {counted(len(starts), 'drive')}: {listed(spare)} cannot be moved by itself"
     yield parts

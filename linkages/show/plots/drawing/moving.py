@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +10,11 @@ from matplotlib import animation as animations
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
-from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.input.model.mechanism import Mechanism
-from linkages.results.trajectory import Trajectory, values_at
+from linkages.input.model.mechanism import Link
+from linkages.results.trajectory import Trajectory
 from linkages.show.plots.drawing.drawing import Drawing
+from linkages.show.plots.drawing.poses import body_poses
 from linkages.show.plots.drawing.raster import picture, put_shapes
 
 _RATE = 25  # frames per second: a GIF counts hundredths of a second
@@ -21,7 +22,9 @@ _DPI = 80  # 640 pixels of width
 _COLOURS = 64
 
 
-def write_moving(drawing: Drawing, mechanism: Mechanism, run: Trajectory, path: Path, kind: str, seconds: float) -> int:
+def write_moving(
+    drawing: Drawing, links: Mapping[str, Link], run: Trajectory, path: Path, kind: str, seconds: float
+) -> int:
     """Write a run as a film of so many seconds, "gif" or "mp4"; return the number of frames.
 
     InputError for MP4 without ffmpeg.
@@ -29,7 +32,7 @@ def write_moving(drawing: Drawing, mechanism: Mechanism, run: Trajectory, path: 
     if kind == "mp4" and not animations.FFMpegWriter.isAvailable():
         raise InputError("--format", "mp4", "needs ffmpeg, which is not found; install it, or give --format gif")
     times = np.linspace(run.time[0], run.time[-1], max(round(_RATE * seconds), 2) + 1)[:-1]  # the last is the first
-    poses = body_poses(drawing, mechanism, run, times)
+    poses = body_poses(drawing, links, run, times)
     speed = (run.time[-1] - run.time[0]) / seconds
     figure = picture(drawing, said=False)
     figure.set_dpi(_DPI)
@@ -57,20 +60,3 @@ def write_moving(drawing: Drawing, mechanism: Mechanism, run: Trajectory, path: 
         images.append(pixels.quantize(_COLOURS, palette=images[0] if images else None, dither=Image.Dither.NONE))
     images[0].save(path, format="GIF", save_all=True, append_images=images[1:], duration=1000 // _RATE, loop=0)
     return len(times)
-
-
-def body_poses(drawing: Drawing, mechanism: Mechanism, run: Trajectory, times: Array) -> Array:
-    """Compute the poses (nt, nb, 3: x, y [m], angle [rad]) of the drawing's bodies from the links of a run at times."""
-    at = values_at(run, times)
-    poses = np.tile(drawing.reference, (len(times), 1, 1))
-    for body, name in drawing.links_of.items():
-        if f"{name}.angle" not in at:  # the ground
-            continue
-        link = mechanism.link[name]
-        angle = at[f"{name}.angle"] - link.angle
-        x, y = link.origin - drawing.reference[body, :2]
-        cosine, sine = np.cos(angle), np.sin(angle)
-        poses[:, body, 0] = at[f"{name}.x"] - (cosine * x - sine * y)
-        poses[:, body, 1] = at[f"{name}.y"] - (sine * x + cosine * y)
-        poses[:, body, 2] = angle
-    return poses

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.base.palette import LINE
 from linkages.input.model.mechanism import Joint, Link
-from linkages.input.model.skeleton import skeleton
 from linkages.show.plots.drawing.shapes import STYLES, DrawnPoint, Shape, below, hatched, placed, shape
 from linkages.system.tree import Tree
 
@@ -19,6 +19,7 @@ _STAND = (1.7, 2.6)  # half the width, and the height, of a support on the groun
 _HATCH = 0.75  # distance of hatching lines
 _HEAD = 1.5
 _ALONG, _BESIDE = (0.55, 0.4, 0.7, 0.25), 0.95  # of a link's name: fractions of the bar, distance from its middle line
+_BELOW = 0.1  # of the line under a link's name
 _AWAY, BLOCK, _BEYOND = 2.9, 4.2, 5.0  # distance of a name from a pin, from a block, and from the arrow of a drive
 
 _STEP, _BAR = 0.5, 0.65  # distance of the sample points of a line, half a bar's width
@@ -77,7 +78,7 @@ class Parts:
     """
 
     def __init__(self, tree: Tree, low: Array, high: Array, poses: Array) -> None:
-        self.tree, self.mechanism, self.poses = tree, tree.mechanism, poses
+        self.tree, self.poses = tree, poses
         self.room = Room(low, high)
         self.unit = self.room.unit
         self._taken: list[tuple[Array, Array]] = []  # positions, and occupied directions there
@@ -108,7 +109,7 @@ class Parts:
             if name == "world":
                 taken.append(np.array([0.0, -1.0]))
                 continue
-            places = skeleton(self.mechanism, self.mechanism.link[name], self.tree.extent).places
+            places = self.tree.skeleton(name).places
             ends = [self.at(self.on(name, place)) for place in places]
             taken += [(end - here) / np.linalg.norm(end - here) for end in ends if not self._same(end, here)]
         turn = np.linspace(0.5 * np.pi, 2.5 * np.pi, 24, endpoint=False)
@@ -128,27 +129,28 @@ class Parts:
 
     def link(self, link: Link) -> Iterator[Shape]:
         """Draw plate, bars and centre of mass."""
-        form = skeleton(self.mechanism, link, self.tree.extent)
+        form = self.tree.skeleton(link.name)
         places = [self.on(link.name, place) for place in form.places]
         if form.plate:
             yield shape("plate", [places[k] for k in form.plate], form.color)
         for a, b in form.bars:
             self.room.take_line([self.at(places[a]), self.at(places[b])])
             yield shape("bar", [places[a], places[b]], form.color)
-        slides = any(joint.type == "prismatic" and joint.child == link.name for joint in self.mechanism.joints)
+        slides = any(joint.type == "prismatic" and joint.child == link.name for joint in self.tree.joints.values())
         if not form.bars and not slides:  # `joint` draws the block of a guide
             yield shape("block", self._rectangle(link.name, form.places[0], np.array([1.0, 0.0])), form.color)
         if link.mass > 0.0:
             yield shape("centre", [self.on(link.name, link.com)], form.color)
 
-    def link_name(self, link: Link) -> Shape:
-        """Draw the name of a link next to the middle of its longest bar."""
-        form = skeleton(self.mechanism, link, self.tree.extent)
+    def link_name(self, link: Link) -> Iterator[Shape]:
+        """Draw the name of a link next to the middle of its longest bar, underlined in the link's colour."""
+        form = self.tree.skeleton(link.name)
         if not form.bars:
             here = self.at(self.on(link.name, form.places[0]))
             self.take(here, np.array([0.0, -1.0]))
             self.room.take_name("link name", here - [0.0, 4.0 * self.unit], link.name)
-            return shape("link name", [self.off(link.name, form.places[0], (0.0, -4.0))], form.color, link.name)
+            yield from self._underlined(link, form.places[0], np.array([0.0, -4.0]), form.color)
+            return
         a, b = max(form.bars, key=lambda bar: float(np.linalg.norm(form.places[bar[1]] - form.places[bar[0]])))
         start, end = (self.at(self.on(link.name, form.places[k])) for k in (a, b))
         across = np.array([start[1] - end[1], end[0] - start[0]]) / max(float(np.linalg.norm(end - start)), 1e-300)
@@ -161,7 +163,15 @@ class Parts:
                 tried.append((self.room.cost("link name", at, link.name), middle, away, at))
         _, middle, away, at = min(tried, key=lambda one: one[0])
         self.room.take_name("link name", at, link.name)
-        return shape("link name", [self.off(link.name, middle, away)], form.color, link.name)
+        yield from self._underlined(link, middle, away, form.color)
+
+    def _underlined(self, link: Link, drawn: Array, away: Array, color: str) -> Iterator[Shape]:
+        """Draw the name of a link at a distance from its point (units, plane axes), and a line below it."""
+        half = self.room.half("link name", link.name) / self.unit
+        below = [away + np.array([side * half[0], -half[1] - _BELOW]) for side in (-0.9, 0.9)]
+        ends = [self.off(link.name, drawn, end) for end in below]
+        yield shape("link mark", ends, color)
+        yield shape("link name", [self.off(link.name, drawn, away)], color, link.name)
 
     def beneath(self, joint: Joint) -> Iterator[Shape]:
         """Draw the shapes under the links: the ground of a joint, the rail of a guide."""
@@ -201,7 +211,7 @@ class Parts:
 
     def joint_names(self, driven: Collection[str]) -> Iterator[Shape]:
         """Draw the names of the joints (one label per place), away from bars."""
-        joints = list(self.mechanism.joints)
+        joints = list(self.tree.joints.values())
         here = np.array([self.at(self.on(joint.child, joint.on_child)) for joint in joints])
         while joints:
             same = np.linalg.norm(here - here[0], axis=1) < 1e-5 * self.tree.extent
@@ -215,16 +225,16 @@ class Parts:
 
     def point(self, name: str) -> Iterator[Shape]:
         """Mark a reported point."""
-        point = self.mechanism.place[name]
+        point = self.tree.places[name]
         yield shape("point", [self.on(point.link, point.origin)], text=name)
-        ends = [joint.on_child for joint in self.mechanism.joints]
+        ends = [joint.on_child for joint in self.tree.joints.values()]
         if all(np.linalg.norm(point.origin - end) > 1e-6 * self.tree.extent for end in ends):
             yield self.name_beside("point name", point.link, point.origin, 1.9, name, [point.link])
 
     def _color(self, link: str) -> str:
         if link == "world":
-            return "#DDDDDD"
-        return skeleton(self.mechanism, self.mechanism.link[link], self.tree.extent).color
+            return LINE
+        return self.tree.skeleton(link).color
 
     def _rectangle(self, link: str, drawn: Array, along: Array) -> list[DrawnPoint]:
         across = np.array([-along[1], along[0]])

@@ -10,6 +10,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
 from linkages.base.arrays import Array
+from linkages.base.palette import PAPER
 from linkages.show.plots.drawing.drawing import Drawing, draw
 from linkages.show.plots.drawing.shapes import STYLES, Shape, placed
 from linkages.show.plots.drawing.svg import notes
@@ -63,7 +64,7 @@ def _put(axis: Axes, drawing: Drawing, one: Shape, pose: Array) -> None:
     line: dict[str, Any] = {"linewidth": style.width * dots, "capstyle": "round", "joinstyle": "round", "zorder": 2}
     if style.kind == "text":
         weight = "bold" if style.bold else "normal"
-        halo = [withStroke(linewidth=2.0, foreground="#FFFFFF")]
+        halo = [withStroke(linewidth=2.0, foreground=PAPER)]
         where: dict[str, Any] = {"ha": "center", "va": "center", "clip_on": True, "path_effects": halo}
         axis.text(points[0, 0], points[0, 1], one.text, color=fill, fontsize=style.size * dots, weight=weight, **where)
     elif style.kind == "circle":

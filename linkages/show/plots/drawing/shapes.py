@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.base.palette import GROUND, INK, LIMIT, LINE, MARK, MEASURED, PAPER, PLAY, SOFT
 
 DrawnPoint = tuple[float, float, float, float, float]
 
-INK, PLAY, LOAD, MARK = "#1A1A1A", "#D55E00", "#B22222", "#7A3E9D"
+LOAD = LIMIT  # loads and friction
 
 
 class Style(NamedTuple):
@@ -40,28 +41,29 @@ STYLES = {
     "path": Style("line", MARK, 0.16, dash=0.5),
     "plate": Style("area", fill="", opacity=0.3),
     "bar": Style("line", "", 1.3),
-    "rail": Style("line", "#777777", 0.5),
+    "rail": Style("line", GROUND, 0.5),
     "slot": Style("line", "", 0.6),
     "block": Style("area", INK, 0.2, ""),
-    "ground": Style("area", INK, 0.2, "#DDDDDD"),
+    "ground": Style("area", INK, 0.2, LINE),
     "hatch": Style("line", INK, 0.14),
-    "spring": Style("line", "#00795C", 0.35, dash=0.6),
-    "bearing": Style("circle", INK, 0.2, "#FFFFFF", radius=1.35),
-    "play": Style("circle", PLAY, 0.35, "#FFFFFF", radius=1.35),
-    "pin": Style("circle", INK, 0.22, "#FFFFFF", radius=0.75),
+    "spring": Style("line", MEASURED, 0.35, dash=0.6),
+    "bearing": Style("circle", INK, 0.2, PAPER, radius=1.35),
+    "play": Style("circle", PLAY, 0.35, PAPER, radius=1.35),
+    "pin": Style("circle", INK, 0.22, PAPER, radius=0.75),
     "fixed": Style("circle", INK, 0.22, INK, radius=0.55),
     "centre": Style("circle", INK, 0.14, "", radius=0.36),
-    "point": Style("circle", MARK, 0.22, "#FFFFFF", radius=0.42),
-    "gap": Style("line", "#FF0000", 0.3, dash=0.4),
-    "gear": Style("line", "#5A5A5A", 0.25, dash=0.8),
-    "friction": Style("circle", LOAD, 0.45, radius=1.9),
+    "point": Style("circle", MARK, 0.22, PAPER, radius=0.42),
+    "gap": Style("line", LIMIT, 0.3, dash=0.4),
+    "pitch line": Style("line", SOFT, 0.25, dash=0.8),
+    "ring": Style("circle", LOAD, 0.45, radius=1.9),
     "drive": Style("line", INK, 0.25),
     "drive head": Style("area", fill=INK),
     "load": Style("line", LOAD, 0.35),
     "load head": Style("area", fill=LOAD),
     "scale": Style("line", INK, 0.25),
     "joint name": Style("text", fill=INK, size=2.1, bold=True),
-    "link name": Style("text", fill="", size=1.8),
+    "link name": Style("text", fill=INK, size=1.8),
+    "link mark": Style("line", "", 0.45),
     "load name": Style("text", fill=LOAD, size=1.7),
     "point name": Style("text", fill=MARK, size=1.7),
     "note": Style("text", fill=INK, size=1.7),

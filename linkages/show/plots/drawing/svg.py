@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from linkages.base.arrays import Array
+from linkages.base.palette import FONT, INK, LIMIT, PAPER, repainted
 from linkages.show.plots.drawing.drawing import Drawing
 from linkages.show.plots.drawing.shapes import STYLES, Shape, placed
 from linkages.show.plots.pages import embedded, filled, own_text
@@ -17,8 +18,6 @@ WIDTH = 960.0  # width of the picture [px]
 _HALO = 0.35  # width of the halo around words, in units
 _LINE = 17.0  # line height of text [px]
 _WORDS = 128  # most characters of a line
-
-_FONT = "font-family='system-ui, sans-serif'"
 
 
 def scale(drawing: Drawing) -> float:
@@ -38,10 +37,16 @@ def svg(drawing: Drawing, said: bool = True) -> Markup:
         text.format(height + _LINE * (k + 1), "normal" if k else "bold", color, line)
         for k, (line, color) in enumerate(lines)
     )
-    frame = f"<rect width='{WIDTH:g}' height='{total:.1f}' fill='#FFFFFF'/>"
-    start = f"<svg xmlns='http://www.w3.org/2000/svg' {size} role='img' {_FONT}>"
+    frame = f"<rect width='{WIDTH:g}' height='{total:.1f}' fill='{PAPER}'/>"
+    start = f"<svg xmlns='http://www.w3.org/2000/svg' {size} role='img' font-family='{FONT}'>"
     label = Markup("<title>{}</title>").format(drawing.title)
-    return Markup(f"{start}{label}{frame}\n{shapes}\n{texts}\n</svg>\n")
+    style = f"<style>{_dark()}</style>" if said else ""  # a page has its own
+    return Markup(f"{start}{label}{style}{frame}\n{shapes}\n{texts}\n</svg>\n")
+
+
+def _dark() -> str:
+    """Write the rules with which ink, lines and paper change places on dark paper."""
+    return f"@media screen and (prefers-color-scheme: dark) {{ {repainted(variables=False)} }}"
 
 
 def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
@@ -50,7 +55,7 @@ def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
     fill, stroke = ("none" if named is None else named or one.color for named in (style.fill, style.stroke))
     look = [f"fill='{fill}'", f"stroke='{stroke}'"]
     if style.kind == "text":
-        look[1] = f"stroke='#FFFFFF' stroke-width='{_HALO * unit:.1f}' paint-order='stroke' stroke-linejoin='round'"
+        look[1] = f"stroke='{PAPER}' stroke-width='{_HALO * unit:.1f}' paint-order='stroke' stroke-linejoin='round'"
     if style.width:
         look.append(f"stroke-width='{style.width * unit:.2f}' stroke-linecap='round' stroke-linejoin='round'")
     if style.opacity < 1.0:
@@ -83,19 +88,19 @@ def pixels(drawing: Drawing, points: Array) -> Array:
 
 def notes(drawing: Drawing) -> list[tuple[str, str]]:
     """Return the lines of text below the picture, with colours."""
-    said = [(drawing.title, "#1A1A1A"), *((fact, "#1A1A1A") for fact in drawing.facts)]
-    said += [(doubt, "#B22222") for doubt in (drawing.problem, *drawing.doubts) if doubt]
+    said = [(drawing.title, INK), *((fact, INK) for fact in drawing.facts)]
+    said += [(doubt, LIMIT) for doubt in (drawing.problem, *drawing.doubts) if doubt]
     return [(line, color) for text, color in said for line in wrap(text, _WORDS, subsequent_indent="\u2003")]
 
 
-def page(drawing: Drawing) -> str:
-    """Write the page."""
+def page(drawing: Drawing, moves: str = "Joints are ideal here.") -> str:
+    """Write the page; `moves` says how the mechanism moves on it."""
     sliders = [
         asdict(slider)
         | {
-            "values": slider.values.round(2).tolist(),
+            "values": slider.values.round(slider.digits + 1).tolist(),
             "poses": [[[float(f"{v:.6g}") for v in row] for row in pose] for pose in slider.poses],
-            "full": bool(np.ptp(slider.values) > 359.9 and slider.unit == "deg"),
+            "full": slider.unit == "s" or bool(np.ptp(slider.values) > 359.9 and slider.unit == "deg"),
         }
         for slider in drawing.sliders
     ]
@@ -103,6 +108,7 @@ def page(drawing: Drawing) -> str:
     return filled(
         own_text("linkages.show.plots.drawing", "page.html"),
         drawing=drawing,
+        moves=moves,
         asked=[text for text in (drawing.problem, *drawing.doubts) if text],
         picture=svg(drawing, said=False),
         data=embedded(data),

@@ -13,6 +13,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
+from linkages.base.palette import LINE, PAPER
 from linkages.show.plots.shown import new_figure
 from linkages.show.plots.style import COLORS, LINES, figure_style, write_figure
 from linkages.show.plots.three_rrr.robot_lines import OUTLINE, draw_pose, shape_lines
@@ -27,7 +28,7 @@ from linkages.three_rrr.stress import platform_stress
 
 _WINDOW = 0.12  # drawn duration of the vibration after a start from rest [s]
 _SHAPE_POSES = 3
-_COUNTS = ListedColormap(["#FFFFFF", "#C6DDEE", COLORS[5], COLORS[0]])
+_COUNTS = ListedColormap([PAPER, LINE, COLORS[3], COLORS[0]])
 _ACCELERATION = ("d²θ/dt² [rad/s²]", "d²x/dt² [mm/s²]", "d²y/dt² [mm/s²]")
 
 

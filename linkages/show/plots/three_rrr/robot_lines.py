@@ -79,7 +79,7 @@ def draw_pose(
 
 def write_animation(results: RobotResults, path: Path) -> Path:
     """Write the animation; return its path."""
-    values = {"colors": embedded(COLORS), "data": embedded(animation_data(results))}
+    values = {"curves": embedded(COLORS), "data": embedded(animation_data(results))}
     text = own_text("linkages.show.plots.three_rrr", "animation.html")
     path.write_text(filled(text, title=results.robot.title or "Flexible robot", **values), encoding="utf-8")
     return path

@@ -12,7 +12,7 @@ from linkages.base.errors import nearest
 from linkages.input.files.formula import Formula, parse, shown
 from linkages.input.files.toml import check_increasing
 from linkages.mechanics.planar.jets import CODES
-from linkages.mechanics.planar.motion import INPUT, NUMBER, TABLE, Program
+from linkages.mechanics.planar.motion import INPUT, NUMBER, TABLE, Pieces, Program
 
 TIME = "t"
 
@@ -34,6 +34,17 @@ class Definition(NamedTuple):
     formula: Formula
     names: Mapping[str, float | str] = {}
     table: tuple[list[float], list[float]] | None = None  # places, and values there: a monotone cubic
+
+
+class Curve(NamedTuple):
+    """A curve over the time, or over a position or speed, by its name."""
+
+    curve: Pieces | Program
+    over: str = TIME
+
+
+#: A function that an element gives: a constant, a curve, or a formula of the time, positions, speeds and quantities.
+Function = float | Curve | Definition
 
 
 class Call(NamedTuple):
@@ -84,6 +95,14 @@ def over_time(text: str, values: Mapping[str, float]) -> Definition:
     return Definition(found, values)
 
 
+def names_in(function: Function) -> set[str]:
+    """Return the names that a function reads: the time, positions, speeds, quantities."""
+    if isinstance(function, Definition):
+        meant = {function.names.get(name, name) for name in function.formula.names}
+        return {name for name in meant if isinstance(name, str)}
+    return {function.over} if isinstance(function, Curve) else set()
+
+
 def inputs_of(given: Definition, quantities: Mapping[str, Quantity], inside: tuple[str, ...] = ()) -> Iterator[str]:
     """Yield the names of the inputs of a definition: signals, states, the time.
 
@@ -113,7 +132,7 @@ def program(
 
     Examples
     --------
-    >>> from linkages.input.model.functions import formula, program
+    >>> from linkages.input.functions.definitions import formula, program
     >>> program(formula("2*t"), {"t": 0}).steps.tolist()  # a number, the time, their product
     [[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [17.0, 0.0, 1.0]]
     """

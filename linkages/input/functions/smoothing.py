@@ -16,7 +16,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.input.files.recorded import Recording
-from linkages.input.model.functions import TIME, formula, program
+from linkages.input.functions.definitions import TIME, formula, program
 from linkages.mechanics.planar.motion import Pieces, Program, monotone_table
 
 _TURN = 2.0 * math.pi
@@ -58,7 +58,7 @@ class Smoothing:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class SmoothSignal:
     """A smooth function of a recorded signal.
 
     Attributes
@@ -95,7 +95,7 @@ def fitted(
     shift: float = 0.0,
     start: float = 0.0,
     line: tuple[float, float] = (1.0, 0.0),
-) -> Fit:
+) -> SmoothSignal:
     """Fit a column over another one, each given by name, SI unit and stated unit.
 
     `kind` is "angle" (of a drive: it may turn), "speed" (integrated, from the angle `start` at t = 0) or "value".
@@ -134,7 +134,7 @@ def _unwrapped(t: Array, y: Array) -> Array:
     return result
 
 
-def _series(t: Array, y: Array, kind: str, smoothing: Smoothing, start: float) -> Fit | None:
+def _series(t: Array, y: Array, kind: str, smoothing: Smoothing, start: float) -> SmoothSignal | None:
     """Fit a Fourier series to a signal that repeats; None if it does not."""
     if smoothing.periodic is False:
         return None
@@ -172,7 +172,7 @@ def _series(t: Array, y: Array, kind: str, smoothing: Smoothing, start: float) -
     made = program(formula(" + ".join(terms), of_state=False), {TIME: 0})
     period = _TURN / abs(omega)
     text = f"Fourier series of order {order}, period {period:.6g} s"
-    return Fit(made, text, len(t), residual, smoothing.deviation, period, (-math.inf, math.inf))
+    return SmoothSignal(made, text, len(t), residual, smoothing.deviation, period, (-math.inf, math.inf))
 
 
 def _frequency(t: Array, y: Array, kind: str, smoothing: Smoothing) -> tuple[float, int] | None:
@@ -249,7 +249,7 @@ def _refined(omega: float, t: Array, y: Array, order: int, speed: bool) -> float
     return omega
 
 
-def _spline(t: Array, y: Array, kind: str, smoothing: Smoothing, start: float) -> Fit:
+def _spline(t: Array, y: Array, kind: str, smoothing: Smoothing, start: float) -> SmoothSignal:
     """Fit a quintic smoothing spline; exact samples of a value: monotone cubics, of a motion: a quintic spline."""
     from scipy.interpolate import PPoly, make_interp_spline, make_lsq_spline, make_splrep
 
@@ -270,7 +270,7 @@ def _spline(t: Array, y: Array, kind: str, smoothing: Smoothing, start: float) -
             spline = make_lsq_spline(u, y, np.r_[[u[0]] * 5, inner, [u[-1]] * 5], k=5)
     elif kind == "value":
         covered = float(t[0]), float(t[-1])
-        return Fit(
+        return SmoothSignal(
             monotone_table(t.tolist(), y.tolist()),
             "monotone cubics through all samples",
             len(t),
@@ -294,4 +294,4 @@ def _spline(t: Array, y: Array, kind: str, smoothing: Smoothing, start: float) -
         c[-1] += start - step * float(spline(np.clip(-t0 / step, 0.0, u[-1])))
     text += f" of {len(breaks) - 1} segments" if smoothing.deviation > 0.0 else ""
     made = Pieces(c, t0 + step * breaks)
-    return Fit(made, text, len(t), residual, smoothing.deviation, None, (float(t[0]), float(t[-1])))
+    return SmoothSignal(made, text, len(t), residual, smoothing.deviation, None, (float(t[0]), float(t[-1])))

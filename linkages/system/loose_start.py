@@ -1,4 +1,4 @@
-"""Start of prescribed motions that move geared wheels against each other, within the backlash of their gears."""
+"""Start of prescribed motions that move loosely coupled joints against each other, within their free travel."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from linkages.system.tree import Tree
 
 _ROUNDS = 50  # most steps of the search
 _SMALL = 1e-12  # last step of the search [rad, or linkage lengths]
-_BEYOND = 1e-9  # relative excess over the backlash that is rounding
+_BEYOND = 1e-9  # relative excess over the free travel that is rounding
 
 
 def tight_rows(tree: Tree) -> Records:
-    """Return the closure rows without the gears with backlash."""
+    """Return the closure rows without the loose couplings."""
     return tree.closure_rows[_tight(tree)]
 
 
-def settle_within_backlash(
+def settle_within_travel(
     tree: Tree, free: Indices, offset: Array, held: Indices, places: Array, steps: int, q: Array
 ) -> bool:
-    """Move held coordinates from zero to places, and free ones so that gears are nearest to the middle of their play.
+    """Move held coordinates from zero to places, and free ones to the middle of the loose couplings, as near as can be.
 
     All joints stay closed, with the offsets (nr,) of the closure rows. Sets q (n,); returns False if they do not close.
     """
@@ -41,32 +41,34 @@ def settle_within_backlash(
 
 
 def settled_rates(tree: Tree, free: Indices, q: Array, v: Array) -> None:
-    """Set the free ones of the rates v (n,), with which gears with backlash move least within it."""
+    """Set the free ones of the rates v (n,), with which loose couplings move least within their travel."""
     v[free] = 0.0
     pose, vel = (table[0] for table in state_tables(tree.bodies, q[None], v[None]))
     rates = np.array([row_rate(row, pose, vel) for row in tree.closure_rows])
     v[free] = _nearest(tree, jacobian_at(tree.bodies, tree.closure_rows, q)[:, free], -rates)
 
 
-def check_within_backlash(tree: Tree, experiment: Experiment, q: Array) -> None:
-    """Refuse prescribed motions that start with overlapping flanks."""
+def check_within_travel(tree: Tree, experiment: Experiment, q: Array) -> None:
+    """Refuse prescribed motions that start beyond the free travel of a loose coupling."""
     gaps = np.abs(np.delete(tree.gaps(q), _tight(tree)))
-    for (name, gear), gap in zip(experiment.slack.items(), gaps.tolist(), strict=True):
-        most = 0.5 * gear.backlash.width if gear.backlash else 0.0
+    for (name, one), gap in zip(tree.loose.items(), gaps.tolist(), strict=True):
+        most = 0.5 * (one.width or 0.0)
         if gap > (1.0 + _BEYOND) * most:
-            unit = "rad" if tree.mechanism.joint[gear.joints[1]].type == "revolute" else "m"
-            start = f"start {gap:.4g} {unit} from the middle of the backlash of {name}, which allows {most:.4g} {unit}"
+            unit = "rad" if tree.mechanism.joint[one.joints[1]].type == "revolute" else "m"
+            start = (
+                f"start {gap:.4g} {unit} from the middle of the {one.travel} of {name}, which allows {most:.4g} {unit}"
+            )
             raise InputError(experiment.source, "drives", f"{start}; change a start, or drive fewer joints")
 
 
 def _tight(tree: Tree) -> Indices:
-    """Return the closure rows of joints and of gears without backlash, by index."""
-    loose = len(tree.closure_rows) - len(tree.loop_rows) - len(tree.slack)
-    return np.delete(np.arange(len(tree.closure_rows)), slice(loose, loose + len(tree.slack)))
+    """Return the closure rows of joints and of exact couplings, by index."""
+    loose = len(tree.closure_rows) - len(tree.loop_rows) - len(tree.loose)
+    return np.delete(np.arange(len(tree.closure_rows)), slice(loose, loose + len(tree.loose)))
 
 
 def _nearest(tree: Tree, jacobian: Array, wanted: Array) -> Array:
-    """Solve the tight rows exactly, and the gears with backlash by least squares; the smallest solution."""
+    """Solve the tight rows exactly, and the loose couplings by least squares; the smallest solution."""
     tight = _tight(tree)
     closing, (loose, rest) = jacobian[tight], (np.delete(table, tight, axis=0) for table in (jacobian, wanted))
     exact = np.linalg.lstsq(closing, wanted[tight], rcond=None)[0]

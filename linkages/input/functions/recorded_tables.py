@@ -13,7 +13,7 @@ from linkages.input.files.recorded import Recording, read_recording
 from linkages.input.files.table_keys import bracketed
 from linkages.input.files.toml import Finite, Positive, Table
 from linkages.input.files.unit_conversion import SLIDING, is_quantity, si
-from linkages.input.model.smoothing import Fit, Smoothing, fitted
+from linkages.input.functions.smoothing import Smoothing, SmoothSignal, fitted
 
 Size = Annotated[float, Field(ge=0, allow_inf_nan=False)] | str
 
@@ -70,11 +70,11 @@ class FromFile(Table):
     )
 
     _recording: Recording | None = PrivateAttr(None)
-    _fits: tuple[Fit, ...] = PrivateAttr(())
+    _fits: tuple[SmoothSignal, ...] = PrivateAttr(())
     _folder: Path | None = PrivateAttr(None)
 
     @property
-    def fitted(self) -> tuple[Fit, ...]:
+    def fitted(self) -> tuple[SmoothSignal, ...]:
         """Return the smooth functions of the signal in the file, one for each component; empty without a file."""
         return self._fits
 
@@ -215,7 +215,5 @@ class DataTable(Table):
             self._recording = read_recording(info.context / self.file)
             self._recording.column(self.time, "s", self.time_unit)
             for name in self.columns:
-                if name not in self._recording.columns:
-                    known = nearest(name, self._recording.columns)
-                    raise ValueError(f'{self._recording.path.name} has no column "{name}"; {known}')
+                self._recording.named(name)
         return self

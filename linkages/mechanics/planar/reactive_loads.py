@@ -1,4 +1,4 @@
-"""Friction in ideal joints from the forces in them: the forces depend on the accelerations, these on the friction.
+"""Loads that depend on the forces in joints, as friction does: the forces depend on accelerations, these on the loads.
 
 At given positions and rates the forces F_j in the joints are linear in the frictions T_k along their coordinates:
 F_j = F_j0 + sum_k G_jk T_k. The loads are N_j = |F_j|, and T_k = s_k N_k with a share s_k that depends on the rate
@@ -18,12 +18,12 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, Records, kernel, lazy_kernel
 from linkages.mechanics.integrate.factor import back_substitute, factorise
-from linkages.mechanics.planar.arrays import Arrays, loads_of
+from linkages.mechanics.planar.arrays import Arrays, functions_of, loads_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench, add_term_wrench
+from linkages.mechanics.planar.functions import given_at, value_of
 from linkages.mechanics.planar.kinematics import body_accelerations
-from linkages.mechanics.planar.loads import fill_inputs, inputs_shape, load_wrenches
+from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.loop_dynamics import forward_dynamics
-from linkages.mechanics.planar.motion import function_jet
 from linkages.mechanics.planar.newton_euler import inertial_forces, joint_wrenches
 from linkages.mechanics.planar.reactions import ideal_joint_force
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
@@ -33,24 +33,24 @@ _LEAST_PARTS, _MOST_PARTS = 8, 100  # of the friction
 _CLOSE = 1e-13  # error of the loads at which one more step is exact, in parts of the largest load
 
 
-class FrictionWork(NamedTuple):
-    """Arrays to find frictions that depend on joint forces; of size zero where there are none."""
+class ReactiveLoads(NamedTuple):
+    """Arrays to find loads that depend on joint forces; of size zero where there are none."""
 
     state: Workspace
     efforts: Array  # torque [N m] or force [N] of each load along its coordinate, zero for other loads, (nl,)
 
 
-def make_friction_work(model: Arrays, w: Workspace) -> FrictionWork:
+def make_reactive_loads(model: Arrays, w: Workspace) -> ReactiveLoads:
     """Make the arrays for a model whose workspace is given, all zero."""
     if not (model.loads["joint"] >= 0).any():
-        return FrictionWork(make_workspace(0, 0, 0), np.zeros(0))
+        return ReactiveLoads(make_workspace(0, 0, 0), np.zeros(0))
     state = make_workspace(len(w.vel), len(w.q), len(w.reaction), model.bodies.shapes.shape[2])
-    return FrictionWork(state, np.zeros(len(model.loads)))
+    return ReactiveLoads(state, np.zeros(len(model.loads)))
 
 
 @kernel
-def is_jammed(work: FrictionWork) -> bool:
-    """Whether the frictions that were computed last have no solution."""
+def is_jammed(work: ReactiveLoads) -> bool:
+    """Whether the loads that were computed last have no solution."""
     total = 0.0
     for k in range(len(work.efforts)):
         total += work.efforts[k]
@@ -58,23 +58,23 @@ def is_jammed(work: FrictionWork) -> bool:
 
 
 @kernel(makes_arrays=True)
-def add_applied(model: Arrays, t: float, torques: Array, w: Workspace, work: FrictionWork) -> None:
-    """Add the wrenches of all loads and of the frictions in ideal joints to the bodies'; see `solve_friction`."""
+def add_applied(model: Arrays, t: float, torques: Array, w: Workspace, work: ReactiveLoads) -> None:
+    """Add the wrenches of all loads to the bodies', of those that depend on joint forces too; see `solve_reactive`."""
     load_wrenches(loads_of(model), t, w.v, w.pose, w.vel, w.wrench)
     if len(work.efforts):
-        add_friction(model, t, torques, w, work)
+        add_reactive(model, t, torques, w, work)
 
 
 @lazy_kernel
-def add_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: FrictionWork) -> None:
-    """Add the wrenches of the frictions that depend on joint forces to the bodies'; see `solve_friction`."""
-    solve_friction(model, t, torques, w, work)
+def add_reactive(model: Arrays, t: float, torques: Array, w: Workspace, work: ReactiveLoads) -> None:
+    """Add the wrenches of the loads that depend on joint forces to the bodies'; see `solve_reactive`."""
+    solve_reactive(model, t, torques, w, work)
     add_efforts(model, work.efforts, w)
 
 
 @kernel
 def add_efforts(model: Arrays, efforts: Array, w: Workspace) -> None:
-    """Add the wrenches of the efforts (nl,) of frictions that depend on joint forces."""
+    """Add the wrenches of the efforts (nl,) of loads that depend on joint forces."""
     for k in range(len(efforts)):
         load = model.loads[k]
         if load.joint >= 0:
@@ -82,8 +82,8 @@ def add_efforts(model: Arrays, efforts: Array, w: Workspace) -> None:
 
 
 @lazy_kernel(makes_arrays=True)
-def solve_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: FrictionWork) -> None:
-    """Fill the efforts of the frictions that depend on joint forces; NaN if there is no solution.
+def solve_reactive(model: Arrays, t: float, torques: Array, w: Workspace, work: ReactiveLoads) -> None:
+    """Fill the efforts of the loads that depend on joint forces; NaN if there is no solution.
 
     Takes `w`'s q, v, pose, vel, the wrenches of all other forces, and the accelerations of the driven coordinates.
     ``torques`` (np,) act in the powered drives.
@@ -94,16 +94,14 @@ def solve_friction(model: Arrays, t: float, torques: Array, w: Workspace, work: 
         if loads[k].joint >= 0:
             places[m] = k
             m += 1
-    curves = (model.load_t, model.load_c, model.load_n)
-    inputs = np.zeros(inputs_shape(model.signals, model.states), w.vel.dtype)
-    fill_inputs(model.signals, model.states, t, w.v, w.pose, w.vel, inputs)
+    given = given_at(functions_of(model), t, w.v, w.pose, w.vel)
     none, unit, change = np.zeros((m, 3), w.vel.dtype), np.zeros((m, 3), w.vel.dtype), np.zeros((m, m, 3), w.vel.dtype)
     shares, normal = np.zeros(m, w.vel.dtype), np.zeros(m, w.vel.dtype)
     _enter(w, state)
     _joint_forces(model, torques, w, state, places[:m], none)
     for j in range(m):
         load = loads[places[j]]
-        shares[j] = function_jet(curves, load.share, inputs)[0]
+        shares[j] = value_of(given, load.share)
         normal[j] = _size(load.leverage, none[j, 0], none[j, 1], none[j, 2])
     for k in range(m):
         load, push = loads[places[k]], normal[k] if normal[k] > 0.0 else 1.0
