@@ -1,11 +1,11 @@
-"""Grade the results of a program against the references: python compare.py FILE.csv [--reference NAME]
+"""Grade the results of a program against a reference: python compare.py NAME FILE.csv [--statistics]
 
-The file has the columns of `references/NAME.csv`, in any order, one row for each of its rows; NAME is the file's own
-name by default. The error of a column is the largest difference, in parts of its largest magnitude. Grades: A up to
-1e-6, B up to 1e-4, C up to 1e-2, else failed; the grade of a file is its worst one. A column whose reference is less
-accurate than a tenth of a grade cannot have this grade. A statistic has the grade A within two standard deviations of a
-single run, B within three, C within five. Exit status 0 for a grade, 1 if the file has failed, 2 if it cannot be read.
-Python's standard library is sufficient.
+NAME is a problem, and FILE has the columns of `NAME/reference.csv`, in any order, one row for each of its rows. The
+error of a column is the largest difference, in parts of its largest magnitude. Grades: A up to 1e-6, B up to 1e-4, C up
+to 1e-2, else failed; the grade of a file is its worst one. A column whose reference is less accurate than a tenth of a
+grade cannot have this grade. With --statistics, FILE has the columns number and value of `NAME/statistics.csv`: A
+within two standard deviations of a single run, B within three, C within five. Exit status 0 for a grade, 1 if the file
+has failed, 2 if it cannot be read. Python's standard library is sufficient.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import math
 import sys
 from pathlib import Path
 
-FOLDER = Path(__file__).resolve().parent / "references"
+FOLDER = Path(__file__).resolve().parent
 GRADES = {"A": 1e-6, "B": 1e-4, "C": 1e-2}  # largest error, in parts of the column's largest magnitude
 SCATTERS = {"A": 2.0, "B": 3.0, "C": 5.0}  # largest error of a statistic, in deviations of a single run
 FAILED = "failed"
@@ -47,31 +47,48 @@ def grade(error: float, least: float, limits: dict[str, float]) -> str:
 
 
 def graded(path: Path, name: str) -> list[tuple[str, float, str]]:
-    """Return name, error and grade of each column, or of each statistic."""
-    about = json.loads((FOLDER / "references.json").read_text(encoding="utf-8"))
-    if name not in about:
-        raise UnreadableError(f"{name}: is no reference; there are {', '.join(about)}")
-    own, reference = columns(path), columns(FOLDER / f"{name}.csv")
-    if missing := [column for column in reference if column not in own and column != "scatter"]:
-        raise UnreadableError(f"{path}: has no column {', '.join(missing)}; the reference has {', '.join(reference)}")
-    if "scatter" in reference:
-        return _statistics(own, reference)
+    """Return name, error and grade of each column."""
+    known = about(name)["columns"]
+    own, reference = tables(path, FOLDER / name / "reference.csv")
     found = []
     for column, wanted in reference.items():
         size = max(map(abs, wanted)) or 1.0
         pairs = zip(own[column], wanted, strict=False)
         error = max(abs(a - b) for a, b in pairs) / size if len(own[column]) >= len(wanted) else math.inf
-        found.append((column, error, grade(error, about[name]["columns"][column]["accuracy"], GRADES)))
+        found.append((column, error, grade(error, known[column]["accuracy"], GRADES)))
     return found
 
 
-def _statistics(own: dict[str, list[float]], reference: dict[str, list[float]]) -> list[tuple[str, float, str]]:
-    """Compare each row's value with the mean and the scatter of single runs."""
+def graded_statistics(path: Path, name: str) -> list[tuple[str, float, str]]:
+    """Compare each value with the mean and the scatter of single runs; return name, error and grade."""
+    about(name)
+    if not (FOLDER / name / "statistics.csv").exists():
+        raise UnreadableError(f"{name}: has no statistics")
+    own, reference = tables(path, FOLDER / name / "statistics.csv", known={"scatter"})
     found = []
-    for k, (number, mean, scatter) in enumerate(zip(*(reference[x] for x in ("number", "value", "scatter")), strict=True)):
+    for k, (number, mean, scatter) in enumerate(
+        zip(*(reference[x] for x in ("number", "value", "scatter")), strict=True)
+    ):
         error = abs(own["value"][k] - mean) / scatter if k < len(own["value"]) else math.inf
         found.append((f"number {number:g}", error, grade(error, 0.0, SCATTERS)))
     return found
+
+
+def about(name: str) -> dict:
+    """Return what is known of a reference."""
+    known = json.loads((FOLDER / "references.json").read_text(encoding="utf-8"))
+    problems = [each for each in known if "columns" in known[each]]
+    if name not in problems:
+        raise UnreadableError(f"{name}: is no problem; there are {', '.join(problems)}")
+    return known[name]
+
+
+def tables(path: Path, reference: Path, known: frozenset[str] | set[str] = frozenset()) -> tuple[dict, dict]:
+    """Read a file and its reference; all columns of the reference but the known ones are needed."""
+    own, wanted = columns(path), columns(reference)
+    if missing := [column for column in wanted if column not in own and column not in known]:
+        raise UnreadableError(f"{path}: has no column {', '.join(missing)}; the reference has {', '.join(wanted)}")
+    return own, wanted
 
 
 def worst(grades: list[str]) -> str:
@@ -82,19 +99,19 @@ def worst(grades: list[str]) -> str:
 def main() -> int:
     """Print a line for each column, and the grade."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("name", help="a problem: the name of its folder")
     parser.add_argument("file", type=Path)
-    parser.add_argument("--reference", help="default: the file's name")
+    parser.add_argument("--statistics", action="store_true", help="the file has statistics")
     given = parser.parse_args()
-    name = given.reference or given.file.stem
     try:
-        found = graded(given.file, name)
+        found = (graded_statistics if given.statistics else graded)(given.file, given.name)
     except UnreadableError as problem:
         print(f"compare.py: {problem}", file=sys.stderr)
         return 2
     for column, error, letter in found:
         print(f"{column:20s} {error:10.2e}  {letter}")
     result = worst([letter for *_, letter in found])
-    print(f"{name}: {result}")
+    print(f"{given.name}: {result}")
     return int(result == FAILED)
 
 

@@ -1,4 +1,4 @@
-"""The six machines in the coordinates of all bodies, with numpy and scipy alone: a second solution of each problem.
+"""Machines in the coordinates of all bodies, with numpy and scipy alone: a second solution of each problem.
 
 Every body has the place of its mass centre and its angle (x, y, a); joints are constraints, whose forces are Lagrange
 multipliers; clearances are forces. DOP853 integrates from one event (a contact begins or ends) to the next. The program
@@ -17,6 +17,9 @@ from scipy.optimize import minimize_scalar
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(120)
 STEEL = 207e9 / (2.0 * (1.0 - 0.3**2))  # modulus E' of two steel bodies [Pa]
 GROUND = -1
+#: Columns of a reference of contacts.
+CONTACT = {"contact": "1", "start": "s", "approach_speed": "m/s", "end": "s", "peak_load": "N", "peak_penetration": "m",
+           "separation_speed": "m/s"}  # fmt: skip
 
 
 @dataclass
@@ -81,7 +84,12 @@ class Machine:
                 apart, turn = apart + sign * place, turn + sign * rate**2 * arm
                 if body != GROUND:
                     line[:, body] = sign * np.array([[1.0, 0.0, -arm[1]], [0.0, 1.0, arm[0]]])
-            gap, lines, rates, wanted = [*gap, *apart], [*lines, *line.reshape(2, -1)], [*rates, 0.0, 0.0], [*wanted, *turn]
+            gap, lines, rates, wanted = (
+                [*gap, *apart],
+                [*lines, *line.reshape(2, -1)],
+                [*rates, 0.0, 0.0],
+                [*wanted, *turn],
+            )
         single = [(3 * body + k, 0.0, 0.0, 0.0) for body in self.guides for k in (1, 2)]
         single += [(3 * body + 2, *motion(t)) for body, motion in self.driven.items()]
         single += [(3 * body + 2, self.guess[body][2], spin[body], 0.0) for body in spin]
@@ -221,3 +229,37 @@ def flank(gear, depth, rate, approach):
         return 0.0
     loss = 1.6 * (1.0 - gear.restitution) / gear.restitution
     return max(gear.stiffness * depth**1.5 * (1.0 + loss * np.clip(rate / approach, -1.0, 1.0)), 0.0)
+
+
+def steady(rate, angle=0.0):
+    """An angle that grows at a constant rate: angle, rate and acceleration over time."""
+    return lambda t: (angle + rate * t, rate, 0.0)
+
+
+def contacts(machine, most, free_step, contact_step):
+    """Rows of the first contacts."""
+    return machine.run(1.0, most=most, free_step=free_step, contact_step=contact_step)[1]
+
+
+def over_time(machine, times, state, rates):
+    """Columns at times: numbers of the state and of its rates, then place and force of each journal."""
+    rows = []
+    for t, y in zip(times, machine.run(times[-1], times)[0], strict=True):
+        change, forces = machine.rates(t, y, []), machine.forces(y, [])[1]
+        journals = [
+            [*machine.eccentricity(joint, y)[0], *f] for joint, f in zip(machine.clearances, forces, strict=True)
+        ]
+        rows.append([t, *y[list(state)], *change[list(rates)], *np.ravel(journals)])
+    return np.array(rows)
+
+
+def journal(name):
+    """Columns of a journal: its place in the bearing, and the force on it."""
+    return {f"{name}.{what}": unit for what, unit in (("ex", "m"), ("ey", "m"), ("fx", "N"), ("fy", "N"))}
+
+
+def table(rows, columns):
+    """Print rows as CSV, with the names and units of the columns."""
+    print(",".join(f"{name} [{unit}]" for name, unit in columns.items()))
+    for row in rows:
+        print(",".join(f"{x:.15g}" for x in row))
