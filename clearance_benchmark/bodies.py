@@ -17,6 +17,7 @@ from scipy.optimize import minimize_scalar
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(120)
 STEEL = 207e9 / (2.0 * (1.0 - 0.3**2))  # modulus E' of two steel bodies [Pa]
 GROUND = -1
+EXACT = {"method": "DOP853", "rtol": 2.3e-14, "atol": 1e-16}
 #: Columns of a reference of contacts.
 CONTACT = {"contact": "1", "start": "s", "approach_speed": "m/s", "end": "s", "peak_load": "N", "peak_penetration": "m",
            "separation_speed": "m/s"}  # fmt: skip
@@ -155,25 +156,24 @@ class Machine:
         matrix = np.block([[inertia, lines.T], [lines, np.zeros((len(lines), len(lines)))]])
         return np.concatenate([v.ravel(), np.linalg.solve(matrix, np.concatenate([load.ravel(), wanted]))[: q.size]])
 
-    def run(self, end, times=(), most=10**9, free_step=np.inf, contact_step=np.inf):
-        """Run to a time, or to the end of a number of contacts; return states (nt, 6 nb) and rows of contacts.
+    def contacts(self, most, free_step, contact_step):
+        """Run to the end of a number of contacts; return their rows.
 
         A row: number of the contact, start, approach speed, end, largest load and penetration, separation speed.
         """
-        t, y, times, states, rows, open_ = 0.0, self.start(), np.asarray(times, float), [], [], {}
+        t, y, rows, open_ = 0.0, self.start(), [], {}
         approach = [None] * len(self.depths(y)[0])
         films = sum(joint.viscosity > 0.0 for joint in self.clearances)
-        while t < end and len(rows) < most:
+        while len(rows) < most:
             found = solve_ivp(
-                self.rates, (t, end), y, "DOP853", args=(approach,), rtol=1e-12, atol=1e-15, dense_output=True,
+                self.rates, (t, 1.0), y, **EXACT, args=(approach,), dense_output=True,
                 max_step=contact_step if open_ else free_step,
-                events=[self.event(k, 1.0 if one is None else -1.0) for k, one in enumerate(approach)] or None,
+                events=[self.event(k, 1.0 if one is None else -1.0) for k, one in enumerate(approach)],
             )  # fmt: skip
             for k, row in open_.items():
                 load = lambda t, k=k: np.linalg.norm(self.forces(found.sol(t), approach)[1][films + k])  # noqa: E731
                 depth = lambda t, k=k: self.depths(found.sol(t))[0][k]  # noqa: E731
                 row[4:6] = max(row[4], largest(load, found.t)), max(row[5], largest(depth, found.t))
-            states += [found.sol(one) for one in times[(times >= t) & ((times < found.t[-1]) | (found.t[-1] >= end))]]
             t, y = found.t[-1], found.y[:, -1]
             for k in (k for k in range(len(approach)) if len(found.t_events[k])):
                 speed = self.depths(y)[1][k]
@@ -182,7 +182,7 @@ class Machine:
                 else:
                     row, approach[k] = open_.pop(k), None
                     rows.append([*row[:3], t, *row[4:], -speed])
-        return np.array(states), np.array(sorted(rows, key=lambda row: row[1]))
+        return np.array(sorted(rows, key=lambda row: row[1]))
 
     def event(self, k, direction):
         """The penetration of a contact, whose zero ends an integration."""
@@ -236,16 +236,15 @@ def steady(rate, angle=0.0):
     return lambda t: (angle + rate * t, rate, 0.0)
 
 
-def contacts(machine, most, free_step, contact_step):
-    """Rows of the first contacts."""
-    return machine.run(1.0, most=most, free_step=free_step, contact_step=contact_step)[1]
-
-
 def over_time(machine, times, state, rates):
-    """Columns at times: numbers of the state and of its rates, then place and force of each journal."""
-    rows = []
-    for t, y in zip(times, machine.run(times[-1], times)[0], strict=True):
-        change, forces = machine.rates(t, y, []), machine.forces(y, [])[1]
+    """Columns at times: numbers of the state and of its rates, then place and force of each journal.
+
+    Each time ends a step: forces need velocities that are more accurate than between the ends of steps.
+    """
+    rows, y, before = [], machine.start(), times[0]
+    for t in times:
+        y = solve_ivp(machine.rates, (before, t), y, **EXACT, args=([],)).y[:, -1] if t > before else y
+        change, forces, before = machine.rates(t, y, []), machine.forces(y, [])[1], t
         journals = [
             [*machine.eccentricity(joint, y)[0], *f] for joint, f in zip(machine.clearances, forces, strict=True)
         ]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from bodies import CONTACT as COLUMNS
-from bodies import Clearance, Machine, contacts, table
+from bodies import Clearance, Machine, table
 
 
 def machine():
@@ -18,7 +18,7 @@ def machine():
 
 def solution(most=8):
     """Return the first contacts."""
-    return contacts(machine(), most, free_step=1e-3, contact_step=2e-6)
+    return machine().contacts(most, free_step=1e-3, contact_step=2e-6)
 
 
 if __name__ == "__main__":

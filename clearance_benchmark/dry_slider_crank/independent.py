@@ -8,7 +8,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from bodies import CONTACT as COLUMNS
-from bodies import Clearance, Machine, contacts, steady, table
+from bodies import Clearance, Machine, steady, table
 
 
 def machine():
@@ -22,7 +22,7 @@ def machine():
 
 def solution(most=8):
     """Return the first contacts."""
-    return contacts(machine(), most, free_step=1e-5, contact_step=1e-6)
+    return machine().contacts(most, free_step=1e-5, contact_step=1e-6)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from bodies import CONTACT as COLUMNS
-from bodies import Flanks, Machine, contacts, table
+from bodies import Flanks, Machine, table
 
 
 def fluctuating(t):
@@ -37,7 +37,7 @@ def machine():
 
 def solution(most=10):
     """Return the first contacts."""
-    return contacts(machine(), most, free_step=1e-4, contact_step=1e-4)
+    return machine().contacts(most, free_step=1e-5, contact_step=1e-5)
 
 
 if __name__ == "__main__":
