@@ -1,7 +1,7 @@
 """Build hook: with LINKAGES_PACK_KERNELS=1 a wheel has compiled kernels, so that its first run does not compile.
 
-They are those of the commands below, for the processors of `linkages.base.kernel.shipped`. Another processor, or
-another version of Python, numba or numpy, compiles at its first run, as without them.
+They are those of all commands (`linkages.cli.preparation`), for the processors of `linkages.base.kernel.shipped`.
+Another processor, or another version of Python, numba or numpy, compiles at its first run, as without them.
 """
 
 from __future__ import annotations
@@ -17,28 +17,10 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 ASKED = os.environ.get("LINKAGES_PACK_KERNELS") == "1"
 PLACE = "linkages/base/kernel/kernels.zip"
-MAIN = "import sys; from linkages.cli.main import main; sys.exit(main(sys.argv[1:]))"
+PREPARE = "from linkages.cli.preparation import prepare; failed = prepare(); assert not failed, failed"
 PACK = (
     "import sys; from pathlib import Path; from linkages.base.kernel.cache import pack; pack(*map(Path, sys.argv[1:]))"
 )
-COMMANDS = [
-    ["simulate", "seven_bar.toml"],
-    ["simulate", "seven_bar.toml", "--duration", "0.002", "--engine", "drake"],
-    ["simulate", "seven_bar_dry.toml", "--duration", "0.02"],
-    ["simulate", "seven_bar_mixed.toml", "--duration", "0.02"],
-    ["simulate", "slider_crank_dry.toml", "--duration", "0.002"],
-    ["simulate", "slider_crank_dry.toml", "--duration", "0.0002", "--engine", "drake"],
-    ["simulate", "slider_crank_lubricated.toml", "--duration", "0.002"],
-    ["simulate", "slider_crank_flexible.toml", "--duration", "0.002"],
-    ["simulate", "slider_crank_guide.toml", "--duration", "0.002"],
-    ["simulate", "four_bar_dry.toml", "--duration", "0.002"],
-    ["simulate", "three_rrr_clearance.toml", "--duration", "0.0005"],
-    ["sensitivity", "seven_bar.toml", "--wrt", "joints.A.clearance", "--duration", "0.01"],
-    ["sensitivity", "slider_crank_dry.toml", "--wrt", "joints.B.clearance", "--duration", "0.001"],
-    ["sweep", "slider_crank_dry.toml", "--vary", "joints.B.clearance=1e-4:2e-4:2", "--revolutions", "1"],
-    ["modes", "slider_crank_flexible.toml"],
-    ["wear", "slider_crank_wear.toml", "--cycles", "2"],
-]
 
 
 class Kernels(BuildHookInterface):
@@ -54,15 +36,17 @@ class Kernels(BuildHookInterface):
             return
         folder = Path(tempfile.mkdtemp())
         code, archive = folder / "code", folder / "kernels.zip"
+        self._describe(folder / f"linkages-{self.metadata.version}.dist-info")
         settings = {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(code)}
-        environment = os.environ | settings | {"PYTHONPATH": self.root, "LINKAGES_CACHE": str(folder / "cache")}
-        for k, words in enumerate(COMMANDS):
-            self.app.display_info(f"kernels of: linkages {' '.join(words)}")
-            run([MAIN, *words, "--out", str(folder / str(k))], environment)
-        run([PACK, str(code), str(archive)], environment)
+        settings |= {"PYTHONPATH": os.pathsep.join([self.root, str(folder)]), "LINKAGES_CACHE": str(folder / "cache")}
+        for words in ([PREPARE], [PACK, str(code), str(archive)]):
+            subprocess.run([sys.executable, "-c", *words], env=os.environ | settings, check=True, stdout=sys.stderr)
         build_data["force_include"][str(archive)] = PLACE
 
-
-def run(words: list[str], environment: dict[str, str]) -> None:
-    """Run Python code with arguments."""
-    subprocess.run([sys.executable, "-c", *words], env=environment, check=True, stdout=subprocess.DEVNULL)
+    def _describe(self, place: Path) -> None:
+        """Write what an installation would: version, and entry points, by which commands of `optim` are found."""
+        place.mkdir()
+        (place / "METADATA").write_text(f"Metadata-Version: 2.1\nName: linkages\nVersion: {self.metadata.version}\n")
+        groups = self.metadata.core.entry_points.items()
+        lines = [line for group, points in groups for line in (f"[{group}]", *(" = ".join(p) for p in points.items()))]
+        (place / "entry_points.txt").write_text("\n".join(lines) + "\n")

@@ -1,4 +1,4 @@
-"""Twin experiments of identification, of which docs/identification.md states the coverage.
+"""Twin experiments of identification, of which docs/certainty.md states the coverage.
 
     python benchmarks/identification.py [--draws 100]
 

@@ -68,7 +68,7 @@ def spent(function, *arguments):
 def in_lanes(work):
     """Return the workspace with lanes for the arrays that the balance of forces uses."""
     changed = {}
-    for name in ("q", "v", "a", "tau", "pose", "vel", "acc", "wrench", "bias", "modal_bias"):
+    for name in ("q", "v", "a", "tau", "pose", "vel", "acc", "wrench", "bias", "shape_bias"):
         numbers = getattr(work, name)
         changed[name] = lane_array(*numbers.shape)
         changed[name][...] = numbers[..., None]

@@ -210,7 +210,7 @@ def rows(system: System, engine: str) -> list[Row] | None:
         found = assess(system, engine)
         exact: dict[str, float] = {"solver.accuracy": ACCURACY}
         if engine == "drake":
-            exact |= {f"links.{name}.bending": MODES for name in system.experiment.flexible}
+            exact |= {f"links.{name}.bending": MODES for name in system.experiment.deforming}
         truth = simulate(system.replaced(exact), "compiled")
     except AssemblyError:
         return None

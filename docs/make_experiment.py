@@ -15,7 +15,7 @@ Reference for all users: every key of an experiment file with its unit, range an
 
 An experiment is a TOML file that names a [mechanism](glossary.md#mechanism) and describes one run of it, for example `sdf/seven_bar.toml`.
 
-- **Units.** Numbers are in SI units, or texts with a [unit](describe.md#units): `clearance = "0.1 mm"`.
+- **Units.** Numbers are in SI units, or texts with a [unit](units.md): `clearance = "0.1 mm"`.
 - **Sources.** The comment behind a value is its source; `summary.json` contains it: `clearance = 3e-4  # m, section 3.3`.
 - **Paths.** Any value can be replaced by its [dotted path](glossary.md#dotted-path): `--set joints.A.clearance=2e-4` on the command line,
   `linkages.load(file, {"joints.A.clearance": 2e-4})` or `system.replaced({...})` in Python. `system.value(path)` returns it.
@@ -47,8 +47,8 @@ A driven joint may have clearance, with every model of other joints: give it bot
 
 ## All keys
 
-Examples: [loads](loads.md), [gears, backlash, stops, lines and friction](constraints.md), [flexible links](flexible.md), [grooves, heat, tilt](bearing.md),
-[part of a run that tables report](outputs.md#the-steady-cycle), [wear](wear.md).
+Examples: [loads](loads.md), [gears and backlash](gears.md), [stops, lines and friction](constraints.md), [flexible links](flexible.md), [grooves](bearing_grooves.md), [heat](bearing_heat.md), [tilt](bearing_tilt.md),
+[part of a run that tables report](steady_cycle.md), [wear](wear.md).
 
 """
 

@@ -1,4 +1,4 @@
-"""Draws the figure of docs/flexible_theory.md: ``python docs/make_flexible.py``, a minute.
+"""Draws the figure of docs/flexible_limits.md: ``python docs/make_flexible.py``, a minute.
 
 The slider-crank with an elastic rod, over Young's modulus of the rod at unchanged mass: force in the joint between rod and slider and
 jitter of the slider, with a film, without oil and without play, beside the same with a rigid rod.

@@ -1,4 +1,4 @@
-"""Write the lists of keys in docs/study_files.md and docs/identification.md: ``python docs/make_optimisation.py``."""
+"""Write the lists of keys in docs/study_files.md and docs/identification_keys.md: ``python docs/make_optimisation.py``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from optim.identify.schema import IdentificationFile
 from optim.problem.schema import StudyFile
 
 #: Pages, and the files that their lists of keys are of.
-PAGES: dict[str, type[Table]] = {"study_files.md": StudyFile, "identification.md": IdentificationFile}
+PAGES: dict[str, type[Table]] = {"study_files.md": StudyFile, "identification_keys.md": IdentificationFile}
 MARK = "## All keys\n\n"
 
 

@@ -241,7 +241,7 @@ Joints A and B of `sdf/seven_bar.toml` (L/D 1.33, radial clearance 0.3 mm), here
 | finite, Reynolds | the same with Reynolds' rule |
 | groove, Reynolds | the same with a groove of 20 degrees at angle 0, 80 % of the length |
 | groove, mass-conserving | the same groove; the film content is conserved |
-| groove, heat, fed | the same with a [heat balance](bearing.md#heat-balance-of-a-joint); fresh oil replaces all that leaves |
+| groove, heat, fed | the same with a [heat balance](bearing_heat.md#heat-balance-of-a-joint); fresh oil replaces all that leaves |
 | groove, heat, sealed | the same; no fresh oil |
 
 The oil is ISO VG 460 at {supply} °C: 0.39 Pa s, the viscosity of the source. Assumed: supply and surroundings at {supply} °C, conductance {conductance} W/K of each joint, both cranks in

@@ -137,7 +137,7 @@ For readers who use a map of a mass-conserving film in a machine: what the map l
 
 ## What has a history
 
-After a change of motion the cavity fills at the rate at which grooves supply oil. The [map of a joint](bearing.md#grooves-in-a-machine) is quasi-static: it uses the film content of a steady
+After a change of motion the cavity fills at the rate at which grooves supply oil. The [map of a joint](bearing_grooves.md) is quasi-static: it uses the film content of a steady
 motion at each place of the journal. The transient film has the content as a state: one number for each cell of the developed surface ({around} x {along} cells here). A step of time solves
 
 $$\\frac{{(\\varphi h)^{{n+1}} - (\\varphi h)^n}}{{\\Delta t}} + \\nabla\\cdot\\left(\\frac U2 \\varphi h - \\frac{{h^3}}{{12\\mu}}\\nabla p\\right)^{{n+1}} = 0,

@@ -39,4 +39,5 @@ from .results.trajectory import Trajectory as Trajectory, load_trajectory as loa
 from .show.live.answers import play as play
 from .show.report.terminal import format_summary as format_summary
 from .system.ideal_motion import IdealMotion as IdealMotion
-from .system.system import System as System, load as load
+from .system.loading import load as load
+from .system.system import System as System

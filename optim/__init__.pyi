@@ -22,12 +22,7 @@ from .identify.writing import format_identification as format_identification
 from .problem.load import find_study as find_study, load_study as load_study
 from .problem.study import OperatingPoint as OperatingPoint, Study as Study
 from .report.export import export as export
-from .report.figures import (
-    write_front as write_front,
-    write_indices as write_indices,
-    write_one_at_a_time as write_one_at_a_time,
-    write_pareto_front as write_pareto_front,
-)
+from .report.figures import write_front as write_front, write_pareto_front as write_pareto_front
 from .report.identification import write_identification as write_identification
 from .report.result import format_result as format_result
 from .report.tolerance_text import format_tolerances as format_tolerances
@@ -42,3 +37,4 @@ from .search.tolerance_result import ToleranceResult as ToleranceResult
 from .search.tolerances import tolerances as tolerances
 from .search.verification import format_verification as format_verification, verify as verify
 from .store.store import Store as Store, read_store as read_store
+from .report.shares import write_indices as write_indices, write_one_at_a_time as write_one_at_a_time

@@ -130,3 +130,25 @@ def refusal(tmp_path, capsys):
         return said
 
     return refuse
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Figures by the name of their file."""
+    from matplotlib import image
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    found, last = {}, []
+    draw, save = FigureCanvasAgg.draw, image.imsave
+
+    def note(canvas):
+        last[:] = [canvas.figure]
+        draw(canvas)
+
+    def keep(path, pixels, **options):
+        found[str(path).rpartition("/")[2]] = last[0]
+        return save(path, pixels, **options)
+
+    monkeypatch.setattr(FigureCanvasAgg, "draw", note)
+    monkeypatch.setattr(image, "imsave", keep)
+    return found

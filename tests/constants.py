@@ -25,7 +25,7 @@ from typing import Any
 
 _ROOT = Path(__file__).resolve().parents[1]
 _FACTORS = 3.0, 1.0 / 3.0
-_KERNELS = {"kernel", "inlined_kernel", "lazy_kernel", "bound"}
+_KERNELS = {"kernel", "inlined_kernel", "lazy_kernel", "bound", "formula"}
 _PATIENCE = 60.0, 20.0  # [s], and times the usual time of the tests: then a run hangs
 
 

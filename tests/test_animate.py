@@ -1,6 +1,7 @@
 """Animations as GIF and MP4 files: the drawn bodies follow the run, the loops are closed, bad input is refused."""
 
 import shutil
+from itertools import pairwise
 
 import matplotlib as mpl
 import numpy as np
@@ -9,8 +10,9 @@ from PIL import Image
 
 import linkages
 from linkages.cli.main import main
-from linkages.show.plots.drawing import draw
+from linkages.show.plots.drawing import draw, moving
 from linkages.show.plots.drawing.poses import body_poses
+from linkages.show.plots.drawing.scene import Scene
 
 RUN = "simulate seven_bar.toml --duration 0.05 --no-plots --no-animation --no-error-estimate --quiet --out"
 
@@ -95,3 +97,49 @@ def test_wrong_animations_are_refused_in_one_line(folder, words, said, capsys):
 def test_a_folder_without_a_run_is_refused(tmp_path, capsys):
     assert main(["animate", str(tmp_path)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_film_of_a_periodic_motion_begins_again_without_a_jump(tmp_path):
+    """The run lasts two and a half revolutions: the film shows the last one, and closes its loop."""
+    words = "simulate four_bar_dry.toml --no-plots --no-animation --no-error-estimate --quiet"
+    system = linkages.load(linkages.find_file("four_bar_dry.toml"))
+    ideal = [word for name in system.play for word in ("--set", f'joints.{name}={{model = "ideal"}}')]
+    period = 2.0 * np.pi / abs(system.drives["O"].speed)
+    assert main([*words.split(), *ideal, "--duration", str(2.5 * period), "--out", str(tmp_path / "out")]) == 0
+    assert main(["animate", str(tmp_path / "out"), "--seconds", "0.8"]) == 0
+    with Image.open(tmp_path / "out" / "animation.gif") as image:
+        frames = []
+        for k in range(image.n_frames):
+            image.seek(k)
+            frames.append(np.asarray(image.convert("L"), dtype=float)[: image.size[1] // 2])  # without the curve
+    assert len(frames) == 20
+    steps = [np.abs(after - before).mean() for before, after in pairwise([*frames, frames[0]])]
+    assert steps[-1] < 1.5 * max(steps[:-1])
+
+
+def test_a_magnified_journal_touches_its_wall_when_the_contact_is_closed():
+    """The clearance is 0.4 of the view's radius, and the journal's radius the rest."""
+    system = linkages.load(linkages.find_file("seven_bar_dry.toml"), {"duration": 0.05})
+    run = linkages.simulate(system)
+    scene = Scene(draw(system), system, run, np.linspace(0.0, 0.05, 60))
+    assert {view.name for view in scene.views} == {"A", "B"}
+    for view in scene.views:
+        for k in range(60):
+            disc = view.at(k)[0]
+            reach = np.hypot(*disc.center) + disc.radius
+            assert (reach >= 1.0 - 1e-9) == bool(view.frames.touching[k])
+            assert reach < 1.02
+
+
+def test_a_large_gif_has_fewer_frames_that_last_longer(folder, tmp_path, monkeypatch):
+    sizes = {}
+    for most in (2_000_000, 60_000):
+        monkeypatch.setattr(moving, "_BYTES", most)
+        assert main(["animate", str(folder), "--seconds", "0.4", "--out", str(tmp_path / f"{most}.gif")]) == 0
+        path = tmp_path / f"{most}.gif"
+        with Image.open(path) as image:
+            lasts = [image.seek(k) or image.info["duration"] for k in range(image.n_frames)]
+        assert sum(lasts) == 400
+        sizes[most] = len(lasts)
+        assert path.stat().st_size <= most or len(lasts) == 2
+    assert sizes[60_000] < sizes[2_000_000] == 10

@@ -40,6 +40,11 @@ def imported(file: Path) -> set[str]:
     return {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
 
 
+def attributes(file: Path) -> set[str]:
+    nodes = ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+    return {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+
+
 @pytest.mark.parametrize("folder", WITH_A_TABLE, ids=name_of)
 def test_table_lists_every_module_once(folder):
     assert sorted(table_of(folder)) == sorted(modules_of(folder))
@@ -51,8 +56,8 @@ def test_only_tables_of_experiments_name_a_kind_of_element():
     files = [file for name in ("linkages", "optim") for file in (ROOT / name).rglob("*.py")]
     found = {file.relative_to(ROOT).as_posix() for file in files if imported(file) & kinds}
     assert {name for name in found if not name.startswith("linkages/elements/")} == {
-        "linkages/input/model/drive_tables.py",  # a gearbox is a key of a drive
         "linkages/input/model/experiment.py",
+        "linkages/system/ideal_linkage.py",  # motions and torques of the tree's coordinates are functions of drives
     }
 
 
@@ -111,9 +116,37 @@ def test_rooms_above_the_system_ask_it_and_not_its_input():
     assert {file.relative_to(ROOT).as_posix() for file in files if reads_input(file)} == set(READERS)
 
 
+#: Modules that ask for drives: they move coordinates of the tree, from the start on.
+MOVERS = {
+    "linkages/input/model/capabilities.py",
+    "linkages/input/model/check.py",
+    "linkages/input/model/plausibility.py",
+    "linkages/show/plots/drawing/drawing.py",
+    "linkages/show/plots/drawing/facts.py",
+    "linkages/system/assembly.py",
+    "linkages/system/facts.py",
+    "linkages/system/flexible_link.py",
+    "linkages/system/joints.py",
+    "linkages/system/ideal_linkage.py",
+}
+
+
 @pytest.mark.parametrize("table", OF_ELEMENTS)
 def test_no_room_asks_an_experiment_for_a_kind_of_element_by_name(table):
     """They loop over the kinds, so that a new kind needs no edit there."""
     files = [file for name in ("linkages", "optim") for file in (ROOT / name).rglob("*.py")]
-    asked = re.compile(rf"\bexperiment\.{table}\b|getattr\((?:\w+\.)*experiment, \"{table}\"")
-    assert not [name_of(file) for file in files if asked.search(file.read_text(encoding="utf-8"))]
+    asked = re.compile(
+        rf"\bexperiment\.{table}\b|getattr\((?:\w+\.)*experiment, \"{table}\"|\b(?:parts|elements)\[\"{table}\"\]"
+    )
+    found = {file.relative_to(ROOT).as_posix() for file in files if asked.search(file.read_text(encoding="utf-8"))}
+    assert found == (MOVERS if table == "drives" else set())
+
+
+def test_rooms_above_the_system_ask_for_shapes_and_not_whether_a_link_is_flexible():
+    """A link may become deformable by another model than a beam: they ask the tree, or the duties of kinds."""
+    above = LAYERS[: LAYERS.index("linkages.system")]
+    places = [ROOT.joinpath(*name.split(".")) for layer in above for name in layer.split(" | ")]
+    files = [
+        file for place in places for file in (place.rglob("*.py") if place.is_dir() else [place.with_suffix(".py")])
+    ]
+    assert not [name_of(file) for file in files if attributes(file) & {"flexible", "bends", "has_beam"}]

@@ -9,9 +9,9 @@ from machines import PLANES, STEEL, bar, beam, elastic_bar, joint, model
 import linkages
 from linkages import InputError, load_experiment, load_mechanism
 from linkages.cli.main import main
+from linkages.elements.flexible_link import LinkModel
 from linkages.input.model.beam_interfaces import interfaces
 from linkages.input.model.check import check
-from linkages.input.model.link_tables import LinkModel
 from linkages.mechanics.flexible.beam import Beam
 from linkages.mechanics.flexible.component_modes import component_modes
 
@@ -206,9 +206,9 @@ FLEXIBLE = '[links.rod]\nmodel = "flexible"\n'
 
 def test_links_bend_in_the_experiment_alone(experiment):
     given = experiment(FLEXIBLE + '[links.crank]\nmodel = "rigid"\nbending = 3')
-    assert given.flexible == ("rod",)
-    assert given.replaced({"links.rod.model": "rigid"}).flexible == ()
-    assert given.ideal().flexible == ()
+    assert list(given.deforming) == ["rod"]
+    assert not given.replaced({"links.rod.model": "rigid"}).deforming
+    assert not given.ideal().deforming
     assert given.replaced({"links.rod.damping": 0.02}).value("links.rod.damping") == 0.02
 
 
@@ -318,7 +318,7 @@ def test_new_writes_a_machine_whose_rod_bends(tmp_path, capsys):
     assert main(["new", "saw", "--flexible", "--model", "dry", "--out", str(tmp_path)]) == 2
     assert "not allowed with" in capsys.readouterr().err
     system = linkages.load(tmp_path / "saw.toml")
-    assert (system.mechanism.name, system.experiment.flexible) == ("saw", ("rod",))
+    assert (system.mechanism.name, list(system.experiment.deforming)) == ("saw", ["rod"])
     for drawn in system.mechanism.joints:
         np.testing.assert_allclose(drawn.on_parent, drawn.on_child, atol=1e-12)
     text = (tmp_path / "saw.toml").read_text()

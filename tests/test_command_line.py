@@ -141,7 +141,8 @@ def test_help_has_examples_that_the_parser_takes(name, capsys, monkeypatch):
     with pytest.raises(SystemExit) as done:
         main([name, "--help"] if name else ["--help"])
     assert done.value.code == 0
-    examples = re.findall(r"^  linkages (.*?)(?:  .*)?$", capsys.readouterr().out.partition("examples:")[2], re.M)
+    printed = re.sub(r" \\\n +", " ", capsys.readouterr().out.partition("examples:")[2])  # as a shell joins lines
+    examples = re.findall(r"^ +linkages (.*?)(?:  .*)?$", printed, re.M)
     assert examples
     for command in commands().values():
         monkeypatch.setattr(command, "run", lambda options: 0)
@@ -285,10 +286,19 @@ def test_the_first_line_of_a_run_names_its_engine(tmp_path, capsys):
     assert capsys.readouterr() == ("", "")
 
 
+def listing(text):
+    """Names and meanings of a list whose long names and meanings take several lines."""
+    found, name = {}, ""
+    for line in filter(None, text.splitlines()):
+        if line[0] != " ":
+            name, _, line = line.partition("  ")
+        found[name] = f"{found.get(name, '')} {line.strip()}".strip()
+    return found
+
+
 def test_keys_and_outputs_are_listed_with_their_units(seven_bar, capsys):
     assert main(["keys"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    listed = dict(re.split("  +", line, maxsplit=1) for line in lines if "  " in line)
+    listed = listing(capsys.readouterr().out)
     for name, unit in {"joints.NAME.clearance": "m", "DRIVE.rate": "rad/s or m/s", "POINT.ax": "m/s2"}.items():
         assert listed[name].partition(";")[0].endswith(f" [{unit}]")  # then its bounds and default
     quantities = {name.rpartition(".")[2] for name in listed}
@@ -298,7 +308,7 @@ def test_keys_and_outputs_are_listed_with_their_units(seven_bar, capsys):
 @pytest.mark.parametrize("path", ["joints.A.friction", "joints.NAME.friction", "contacts.foot.friction", "friction"])
 def test_keys_at_a_path_are_listed(path, capsys):
     assert main(["keys", path]) == 0
-    listed = [line.split("  ")[0] for line in capsys.readouterr().out.splitlines()]
+    listed = list(listing(capsys.readouterr().out))
     tables = {"joints": "", "contacts": ""} if path == "friction" else {path.partition(".")[0]: ""}
     tables |= {name: "backlash." for name in ("gears", "couplings", "drives") if path == "friction"}
     for table, part in tables.items():
@@ -309,7 +319,7 @@ def test_keys_at_a_path_are_listed(path, capsys):
 
 def test_outputs_are_listed_by_path_and_a_wrong_path_is_answered(capsys):
     assert main(["keys", "A.eccentricity_ratio"]) == 0
-    assert capsys.readouterr().out.startswith("JOINT (film, dry, mixed).eccentricity_ratio  ")
+    assert next(iter(listing(capsys.readouterr().out))) == "JOINT (film, dry, mixed).eccentricity_ratio"
     assert main(["keys", "joints.A.frictoin"]) == 2
     assert capsys.readouterr().err.startswith("error: keys: joints.A.frictoin: is no key and no output; did you mean")
     assert main(["keys", "yoke.toml"]) == 2

@@ -22,13 +22,13 @@ def test_each_number_has_a_unit_and_an_effect_and_is_read(room):
 
 @pytest.mark.parametrize("room", ROOMS)
 def test_a_folder_with_such_a_module_has_no_other_private_numbers(room):
-    """But those that name a format, or that kernels read."""
-    for path in sorted(Path(room).glob("*.py")):
+    """Nor have the folders in it; but those that name a format, or that kernels read."""
+    for path in sorted(Path(room).rglob("*.py")):
         if path.name != "numerics.py":
             left = [one.name for one in constants(str(path)) if not one.compiled and not one.at_import]
             assert not left, f"{path}: move {left} to {room}/numerics.py"
 
 
 def test_a_constant_changes_by_a_factor_and_a_small_count_by_one():
-    (pace,) = [one for one in constants("linkages/results/numerics.py") if one.name == "LINK_LOADS_POINTS"]
+    (pace,) = [one for one in constants("linkages/elements/flexible/numerics.py") if one.name == "LINK_LOADS_POINTS"]
     assert (pace.times(3.0), pace.times(1.0 / 3.0)) == (9, 1)

@@ -3,6 +3,7 @@
 import ast
 import doctest
 import inspect
+import json
 import pkgutil
 import re
 import tomllib
@@ -15,7 +16,9 @@ import pytest
 from drake_missing import ExampleRunner
 from test_words import replaced_words
 
+import linkages
 from linkages import laws
+from linkages.cli import commands
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -37,13 +40,13 @@ def test_the_list_of_experiment_keys_is_fresh():
     assert (DOCS / "experiment.md").read_text(encoding="utf-8") == import_module("make_experiment").markdown()
 
 
-@pytest.mark.parametrize("name", ["study_files.md", "identification.md"])
+@pytest.mark.parametrize("name", ["study_files.md", "identification_keys.md"])
 def test_the_lists_of_study_keys_are_fresh(name):
     text = (DOCS / name).read_text(encoding="utf-8")
     assert import_module("make_optimisation").page(text, name) == text
     known = {
         "study_files.md": "- `constraints.NAME.at_least`: lower limit\n",
-        "identification.md": "- `fit.starts`: number",
+        "identification_keys.md": "- `fit.starts`: number",
     }
     assert known[name] in text
 
@@ -115,6 +118,19 @@ def test_links_between_pages_lead_somewhere(page):
         assert target.startswith("https://") or (page.parent / target).exists(), target
 
 
+def anchors(page):
+    """Names of the places in a page: its headings as the site and GitHub write them, and explicit ones."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    headings = [re.sub(r"[^\w\s-]", "", title).strip().lower() for title in re.findall(r"^#+ (.*)", text, re.MULTILINE)]
+    return {re.sub(r"[-\s]+", "-", title) for title in headings} | set(re.findall(r'id="([\w-]+)"', text))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_links_to_a_place_in_a_page_find_it(page):
+    for target, place in re.findall(r"\]\(((?:[\w./]+\.md)?)#([\w-]+)\)", page.read_text(encoding="utf-8")):
+        assert place in anchors((page.parent / target) if target else page), f"{target}#{place}"
+
+
 def test_the_list_of_outputs_is_fresh():
     text = (DOCS / "outputs.md").read_text(encoding="utf-8")
     assert import_module("make_outputs").page(text) == text
@@ -162,7 +178,7 @@ def test_code_of_pages_uses_public_names_that_exist(page):
 
 
 @pytest.mark.parametrize(
-    "name", ["README.md", "docs/drake.md", "docs/compiled.md", "docs/index.md", "docs/nonlinear.md"]
+    "name", ["README.md", "docs/drake.md", "docs/batches.md", "docs/index.md", "docs/nonlinear.md"]
 )
 def test_code_of_pages_runs(name):
     """With short runs."""
@@ -181,11 +197,22 @@ def test_code_of_pages_runs(name):
     names = {"__name__": "__main__"}
     for block in blocks:
         exec(compile(block, name, "exec"), names)
-    if name == "docs/compiled.md":
+    if name == "docs/batches.md":
         for statistic in ["peak", *re.search(r"; likewise (.*)", text)[1].split(", ")]:
             assert getattr(names["batch"], statistic).shape == (2, 1, 2)
     elif name == "docs/nonlinear.md":
         np.testing.assert_allclose(names["touching"]["B.penetration"], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("model", ["lubricated", "dry", "mixed"])
+def test_the_tables_of_a_clearance_joint_are_complete(model):
+    """As they stand on the page, without further keys."""
+    blocks = re.findall(
+        r"^```toml\n(.*?)^```", (DOCS / "clearance.md").read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    )
+    (table,) = (joint for block in blocks if (joint := tomllib.loads(block)["joints"]["B"])["model"] == model)
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"joints.B": table, "duration": 1e-3})
+    assert linkages.simulate(system).status.value == "ok"
 
 
 def public_functions():
@@ -236,3 +263,21 @@ def test_examples_of_all_other_docstrings_are_right(no_laws_stay):
         runner.run(example)
     assert len(others) > 20
     assert runner.summarize(verbose=False).failed == 0
+
+
+def test_the_gallery_has_every_command_and_is_fresh():
+    """A picture, or a row for a command that draws nothing."""
+    gallery = import_module("make_gallery")
+    text = gallery.PAGE.read_text(encoding="utf-8")
+    assert {name for name in commands() if f"linkages {name}" not in text} == set()
+    told = json.loads((DOCS / "figures" / "gallery.json").read_text(encoding="utf-8"))
+    assert all(gallery.written(name, tile, told[name]) in text for name, tile in gallery.TILES.items())
+
+
+def test_a_page_is_short_in_the_median():
+    """Words without the rows of tables, but with code: a page answers one question."""
+    words = [
+        sum(len(line.split()) for line in page.read_text(encoding="utf-8").splitlines() if line[:1] != "|")
+        for page in DOCS.glob("*.md")
+    ]
+    assert np.median(words) <= 400

@@ -23,7 +23,7 @@ from linkages.input.model.skeleton import skeleton
 from linkages.show.plots import orbit, pose
 from linkages.show.plots.drawing import draw, page, svg
 from linkages.show.plots.drawing.raster import picture
-from linkages.show.plots.drawing.shapes import placed
+from linkages.show.plots.drawing.shapes import STYLES, placed
 from linkages.show.plots.drawing.svg import pixels
 from linkages.system import System, load
 
@@ -561,3 +561,21 @@ def test_a_joint_in_the_corner_is_not_named_on_the_arrow_of_gravity(experiment_f
     drawing = draw(load(experiment_file(model("corner", text), done)))
     assert any(one.text == "g" for one in drawing.shapes)
     _check_names(drawing)
+
+
+def test_a_still_drawing_is_not_at_a_dead_centre_and_is_cropped():
+    """The press starts at a dead centre, where its crank, its rods and its slider are on one line."""
+    system = load(find_file("slider_crank_dry.toml"))
+    start, still = draw(system), draw(system, spread=True)
+    assert not still.sliders
+
+    def area(drawing):
+        corners = [placed(one.at, drawing.pose)[0] for one in drawing.shapes if one.role in ("pin", "play")]
+        return np.linalg.det(np.cov(np.array(corners).T))
+
+    assert area(start) < 1e-12 < area(still)
+    for one in still.shapes:
+        if STYLES[one.role].kind != "text":
+            points = placed(one.at, still.pose)
+            assert np.all((still.low <= points) & (points <= still.high)), one.role
+    assert np.prod(still.high - still.low) < np.prod(start.high - start.low)

@@ -55,7 +55,7 @@ def test_the_first_run_says_what_thinner_oil_does():
     ("page", "words"),
     [
         ("first_run.md", ("simulate", "seven_bar.toml", "--no-plots", "--no-animation")),
-        ("command_line.md", ("draw", "slider_crank_dry.toml")),
+        ("drawings.md", ("draw", "slider_crank_dry.toml")),
     ],
 )
 def test_pages_show_what_the_command_prints(page, words, tmp_path, capsys):

@@ -217,23 +217,23 @@ def test_a_coarse_map_has_values_in_its_cells_and_no_contours(machine):
     peaks = grid.peaks("O.torque")
     figure = map_figure(grid, "O.torque", "N m", float(peaks.mean()))
     axis, bar = figure.axes
-    assert (axis.get_xlabel(), axis.get_ylabel()) == ("drives.O.speed [rad/s]", "sdf.links.coupler.mass [kg]")
-    assert bar.get_ylabel() == "peak of O.torque [N m]"
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("speed of O [rad/s]", "mass of coupler [g]")
+    assert bar.get_ylabel() == "peak of the torque of O [N m]"
     (mesh,) = axis.collections
     np.testing.assert_array_equal(mesh.get_array(), peaks.T)
     assert [text.get_text() for text in axis.texts] == [f"{value:.3g}" for value in peaks.T.ravel()]
     hatched = [patch.get_center().tolist() for patch in axis.patches if patch.get_hatch()]
-    beyond = [[x, y] for y, row in zip(axes[3], peaks.T, strict=True) for x, value in zip(axes[1], row, strict=True)
+    beyond = [[x, 1e3 * y] for y, row in zip(axes[3], peaks.T, strict=True) for x, value in zip(axes[1], row, strict=True)
               if value > peaks.mean()]  # fmt: skip
     np.testing.assert_allclose(hatched, beyond)
-    assert [text.get_text() for text in axis.get_legend().get_texts()] == [f"above {peaks.mean():.4g} N m"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [f"above {peaks.mean():.4g} N m"]
     assert not map_figure(grid, "O.torque", "N m", 1e9).axes[0].patches
     assert isinstance(mesh.norm, LogNorm) == (peaks.max() > 5.0 * peaks.min())
     last = replace(grid.rows[2][1], section=None, status=Status.JOURNAL_LEFT_BEARING)
     torn = replace(grid, rows=(*grid.rows[:2], (grid.rows[2][0], last)))
-    axis = map_figure(torn, "O.torque", "N m", float(peaks.mean())).axes[0]
-    assert axis.get_legend().get_texts()[-1].get_text() == "no result"
-    assert axis.lines[0].get_xydata().tolist() == [[30.0, 0.2]]
+    figure = map_figure(torn, "O.torque", "N m", float(peaks.mean()))
+    assert figure.legends[0].get_texts()[-1].get_text() == "no result"
+    np.testing.assert_allclose(figure.axes[0].lines[0].get_xydata(), [[30.0, 200.0]])
 
 
 @dataclass
@@ -269,7 +269,7 @@ def test_figures_of_peaks(machine):
     sweep = linkages.sweep(system, *axes, ["O.torque", "crank.omega", "coupler.omega"], 1)
     units = {"O.torque": "N m", "crank.omega": "rad/s", "coupler.omega": "rad/s"}
     figure = peaks_figure(sweep, units)
-    assert [axis.get_visible() for axis in figure.axes] == [True, True, True, False]
+    assert len(figure.axes) == 3
     np.testing.assert_allclose(figure.axes[1].lines[0].get_ydata(), axes[1], rtol=1e-6)
     assert figure.bbox.height < 1000
 

@@ -14,7 +14,7 @@ from linkages.cli.options import load_system
 from linkages.input.files.shipped import find_file
 from linkages.input.files.table_keys import described_keys
 from linkages.input.model.experiment import Experiment, value_unit
-from linkages.input.model.output_names import BENDING_QUANTITIES, QUANTITIES
+from linkages.input.model.output_names import QUANTITIES, SHAPE_QUANTITIES
 from linkages.laws import CONTACTS
 from linkages.show.plots import histories, section_figure
 from linkages.show.report.terminal import format_table
@@ -144,7 +144,7 @@ def test_few_marks_are_large_enough_to_be_seen(count, size):
     assert figure.axes[0].lines[0].get_markersize() == size
 
 
-@pytest.mark.parametrize("quantity", [*QUANTITIES, *BENDING_QUANTITIES])
+@pytest.mark.parametrize("quantity", [*QUANTITIES, *SHAPE_QUANTITIES])
 def test_every_output_has_a_unit_and_a_figure_with_its_name(quantity, monkeypatch):
     said = []
     monkeypatch.setattr(histories, "_compare", lambda study, columns, errors, around: said.append(columns))

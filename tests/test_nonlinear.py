@@ -431,10 +431,10 @@ def test_figures_say_what_they_show(pendulum):
     strobe = found.points[0].section.strobe
     frequency = 1.0 / period_of(system)
     figures = {
-        "rod.angle [rad]": section_figure(strobe, "rod.angle", "rod.angle", ("rad", "rad")),
-        "rod.angle [rad]\npeak of each revolution": bifurcation_figure(found, {"rod.angle": "rad"}),
+        "angle of rod [rad]": section_figure(strobe, "rod.angle", "rod.angle", ("rad", "rad")),
+        "angle of rod [rad]\npeak of each revolution": bifurcation_figure(found, {"rod.angle": "rad"}),
         "largest Lyapunov exponent\n[1/revolution]": exponent_figure({"damped": exponent}),
-        "rod.angle: power spectral density\n[(rad)²/Hz]": spectrum_figure(
+        "angle of rod:\npower spectral density [(rad)²/Hz]": spectrum_figure(
             {"damped": spectrum(run, "rod.angle")}, "rad", frequency
         ),
     }

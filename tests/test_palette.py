@@ -1,11 +1,14 @@
 """Colours of all media: contrast, links that touch for everyone, and no colour beside the palette."""
 
+import ast
 import re
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib import colormaps
+from matplotlib.colors import is_color_like
 
 import linkages
 from linkages.base import palette
@@ -15,6 +18,12 @@ from linkages.input.model.skeleton import color_of
 
 TEXT, GRAPHIC = 4.5, 2.0  # least contrasts: of text (WCAG 2.2, 1.4.3), of wide lines
 WORDS = ("ink", "soft", "limit", "accent", "good", "measured", "mark", "pin1", "pin2", "pin3", "pin4")
+#: Names of arguments and keys that give colours to matplotlib.
+COLOR_KEYS = {
+    "color", "colors", "c", "ec", "fc", "mec", "mfc", "edgecolor", "edgecolors", "facecolor", "facecolors", "ecolor",
+    "foreground", "markeredgecolor", "markerfacecolor", "cmap",
+}  # fmt: skip
+NO_COLOR = ("none", "")
 APART = 0.1  # difference of luminance
 ROOT = Path(linkages.__file__).parent.parent
 
@@ -85,6 +94,39 @@ def test_every_colour_is_of_the_palette():
                     f"{path.name}: {one}" for one in re.findall(r"#[0-9a-fA-F]{6}\b|[: ]#[0-9a-fA-F]{3}[; ]", text)
                 ]
     assert found == []
+
+
+def chosen(path):
+    """Yield the texts that a module gives as colours or colour maps: by keyword, or by key of a dict."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.keyword):
+            pairs = [(node.arg, node.value)]
+        elif isinstance(node, ast.Dict):
+            pairs = [(key.value, value) for key, value in zip(node.keys, node.values, strict=True)
+                     if isinstance(key, ast.Constant)]  # fmt: skip
+        else:
+            continue
+        for name, value in pairs:
+            if name in COLOR_KEYS:
+                yield from (one.value for one in ast.walk(value) if isinstance(one, ast.Constant))
+
+
+def test_no_figure_has_a_colour_or_a_colour_map_by_a_name_of_matplotlib():
+    """Greys such as "0.6", letters such as "k", names such as "white" and "viridis" are in the palette alone."""
+    found = []
+    for folder in ("linkages/show", "linkages/cli", "optim"):
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            texts = (one for one in chosen(path) if isinstance(one, str) and one not in NO_COLOR)
+            found += [f"{path.name}: {one}" for one in texts if is_color_like(one) or one in colormaps]
+    assert found == []
+
+
+def test_a_shade_is_between_paper_and_the_full_colour():
+    assert [palette.shade(part) for part in (0.0, 1.0, -1.0)] == [PAPER, palette.LARGER, palette.SMALLER]
+    light = [luminance(palette.shade(part)) for part in np.linspace(0.0, 1.0, 9)]
+    assert np.all(np.diff(light) < 0.0)
+    for part in np.linspace(-1.0, 1.0, 21):  # numbers in the cells are read
+        assert contrast(palette.written_on(palette.shade(part)), palette.shade(part)) >= TEXT
 
 
 def test_style_sheets_have_both_papers():

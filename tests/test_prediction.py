@@ -97,22 +97,26 @@ def test_the_command_makes_no_statement_that_runs_contradict(tmp_path, capsys):
     ]
 
 
-def test_a_figure_has_no_bar_without_a_statement():
+def test_a_cell_of_the_matrix_without_a_statement_is_blank():
     """A number that changes by 5 % for 1 % of the value, if the derivative predicted it; its error is not known."""
+    from matplotlib.colors import same_color
+
+    from linkages.base.palette import LARGER, PAPER
     from linkages.explore.sensitivity import Sensitivities
-    from linkages.show.plots.linear_figures import tornado_figure
+    from linkages.show.plots.matrix import matrix_figure
 
     system = linkages.load(linkages.find_file(DRY[0]), {"duration": 1e-4})
     key, derivatives = "B.force.peak", {CLEARANCE: {"B.force.peak": 5.0}}
     run = linkages.simulate(system)
-    for reach, bars, said in ((0.0, 0, ["no statement about 1 %"]), (STATED, 1, [])):
+    for reach, color, said in ((0.0, PAPER, "?"), (STATED, LARGER, "+5")):
         found = Sensitivities(
             {CLEARANCE: 1.0}, {key: 1.0}, derivatives, {CLEARANCE: {key: None}}, {}, [], run, (0.0, 1e-4), {key: 0.0},
             {CLEARANCE: {key: reach}},
         )  # fmt: skip
-        axes = tornado_figure(found).axes[0]
-        assert [text.get_text() for text in axes.texts] == said
-        assert len(axes.patches) == bars
+        (axes,) = matrix_figure(found).axes
+        assert [text.get_text() for text in axes.texts] == [said]
+        (cell,) = axes.patches
+        assert same_color(cell.get_facecolor(), color)
 
 
 @pytest.mark.slow  # derivatives and 27 runs

@@ -30,7 +30,7 @@ every_law = pytest.mark.parametrize("law", ["ideal", "lubricated", "dry"])
 
 def in_segments(system, count):
     """Return the system with a number of cells in each flexible link."""
-    return segmented(system.replaced({f"links.{name}.segments": count for name in system.experiment.flexible}))
+    return segmented(system.replaced({f"links.{name}.segments": count for name in system.experiment.deforming}))
 
 
 def moved(system):

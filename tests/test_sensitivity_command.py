@@ -26,7 +26,7 @@ def test_the_command_writes_derivatives_that_agree_with_differences(tmp_path):
         for key, number in details["numbers"].items():
             least = 1e-11 * abs(number) / (abs(value) or 10.0)  # gravity of 10 m/s2
             assert details["errors"][path][key] >= least * (1.0 - 1e-12)
-    assert (tmp_path / "tornado.png").exists()
+    assert (tmp_path / "matrix.png").exists()
 
 
 def test_the_peaks_are_those_of_the_reported_part_with_their_times(tmp_path, capsys):

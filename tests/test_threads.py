@@ -55,7 +55,7 @@ def test_a_batch_without_memory_for_threads_ends_in_one_line(monkeypatch):
 
     monkeypatch.setattr(threading.Thread, "start", refused)
     monkeypatch.setattr(runs_of.Runs, "_run", lambda *_: full.wait(300.0))
-    monkeypatch.setattr(runs_of, "_AT_ONCE", 1)
+    monkeypatch.setattr(runs_of, "RUNS_AT_ONCE", 1)
     system = load(find_file("seven_bar.toml"), {"duration": 0.01})
     with pytest.raises(RunError, match=r"the threads of 20 runs cannot be started .*: use fewer threads"):
         simulate_batch(system, ["joints.A.clearance"], [[2e-4]] * 20, ["A.force"], threads=20)
@@ -76,7 +76,7 @@ def test_a_batch_whose_run_finds_no_memory_ends_at_once(monkeypatch):
     runs, parts, numbers, ended, stop = [], [], itertools.count(), threading.Event(), runs_of.Runs._end
     monkeypatch.setattr(runs_of.Runs, "_run", run)
     monkeypatch.setattr(runs_of.Runs, "_end", end)
-    monkeypatch.setattr(runs_of, "_AT_ONCE", 1)
+    monkeypatch.setattr(runs_of, "RUNS_AT_ONCE", 1)
     system = load(find_file("seven_bar.toml"), {"duration": 0.01})
     with pytest.raises(MemoryError):
         simulate_batch(system, ["joints.A.clearance"], [[2e-4]] * 2000, ["A.force"], threads=2, progress=parts.append)

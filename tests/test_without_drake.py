@@ -7,7 +7,8 @@ import sys
 
 import pytest
 
-from linkages.cli import doctor
+from linkages.cli import commands, doctor
+from optim.cli import identify, optimise, tolerances
 
 NEEDS = "needs Drake, which is not installed: pip install drake (there is no Drake for Windows)"
 PRESS = "seven_bar.toml"
@@ -41,6 +42,11 @@ def answers(folder, commands):
     return dict(zip(commands, json.loads(done.stdout), strict=True))
 
 
+URDF = (
+    '<robot name="r"><link name="base"/><link name="arm"><inertial><origin xyz="0.5 0 0"/><mass value="1"/>'
+    '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j" type="continuous">'
+    '<parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>'
+)
 WORK = [
     f"simulate {PRESS} --duration 0.02 --no-plots --out run",
     f"simulate {PRESS} --engine compiled --duration 0.02 --no-plots --no-animation --exaggerate 3 --out plain",
@@ -57,6 +63,14 @@ WORK = [
     "bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000",
     "keys",
     "doctor",
+    "completion bash",
+    "import theirs.urdf --out ours.sdf",
+    "continue slider_crank_lubricated.toml --vary drives.O.speed=510:515 --transient 1 --output B.force --no-plots",
+    "wear slider_crank_wear.toml --cycles 2 --no-plots --no-animation --out worn",
+    "tolerances short_tolerances.toml --no-plots --out scattered",
+    "identify short_film.toml --no-plots --out found",
+    "optimise short_search.toml --no-plots --out best",
+    "study show best/study.sqlite",
 ]
 REFUSED = {
     f"simulate {PRESS} --engine drake": "engine: drake",
@@ -68,8 +82,16 @@ REFUSED = {
 }
 
 
+def test_all_commands_are_tried():
+    """But the live page, which serves until Ctrl-C: its tests run where Drake is missing."""
+    assert {words.split()[0] for words in (*WORK, *REFUSED)} == set(commands()) - {"play"}
+
+
 @pytest.mark.processes
 def test_commands_work_without_drake(tmp_path):
+    for name, text in (tolerances.SHORT_FILES | identify.SHORT_FILES | optimise.SHORT_FILES).items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "theirs.urdf").write_text(URDF)
     found = answers(tmp_path, WORK)
     assert {command: answer for command, answer in found.items() if answer[0] != 0} == {}
     page = (tmp_path / "run" / "animation.html").read_text()

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 INK, SOFT, LINE, PAPER = "#1A1A1A", "#565B63", "#D4D7DC", "#FFFFFF"
 PANEL, EDGE, GROUND = "#F4F5F7", "#828891", "#70757C"  # behind groups, around controls, fixed parts
-IDEAL = "#868D97"  # of the motion with ideal joints, wide behind the run
+IDEAL = "#868D97"  # of the motion with ideal joints, wide behind the run; of nominal designs and linear theory likewise
 MEASURED = "#00795C"  # of measured values, dotted; of springs
 LIMIT = "#B3261E"
 PLAY = "#D55E00"
@@ -18,6 +18,8 @@ ACCENT, GOOD = "#005A9C", "#00664D"
 MARK = "#7A3E9D"  # of points whose motion is asked for, and of their paths
 #: Of links in their order, and of curves that belong to no link.
 LINKS = ("#0072B2", "#009E73", "#E69F00", "#56B4E9", "#6A51A3", "#8B6F47")
+LARGER, SMALLER = LINKS[3], LINKS[2]  # of signed values in cells, whose text has the sign, too; see `shade`
+SCALE, LATER = "viridis", "viridis_r"  # colour maps of fields, and of curves in the order of time
 PINS = ("#7A3E9D", "#A34A00", "#00705A", "#A3285F")  # of the live page's pinned runs
 
 _DARK_PINS = ("#CDA6EC", "#F2A65A", "#56D1B0", "#F59AC0")
@@ -99,6 +101,20 @@ def contrast(one: str, other: str) -> float:
 def written_on(color: str) -> str:
     """Return the colour of text on an area of a colour: ink or paper."""
     return max((INK, PAPER), key=lambda text: contrast(text, color))
+
+
+def shade(part: float) -> str:
+    """Return the colour of an area for a signed part of the largest value, -1 to 1: paper for 0.
+
+    Examples
+    --------
+    >>> from linkages.base.palette import LARGER, PAPER, shade
+    >>> shade(0.0) == PAPER, shade(1.0) == LARGER
+    (True, True)
+    """
+    full, part = LARGER if part > 0.0 else SMALLER, min(abs(part), 1.0)
+    pairs = ((int(PAPER[k : k + 2], 16), int(full[k : k + 2], 16)) for k in (1, 3, 5))
+    return "#" + "".join(f"{round(blank + part * (ink - blank)):02X}" for blank, ink in pairs)
 
 
 def link_color(order: int, touching: Sequence[str]) -> str:

@@ -25,15 +25,17 @@
 | linkage_modes | natural frequencies and mode shapes of a linkage                      |
 | keys          | ``linkages keys``: keys of an experiment file, outputs of a run       |
 | doctor        | ``linkages doctor``: check of the installation                        |
+| preparation   | the code of all commands, compiled before it is needed                |
 | completion    | ``linkages completion``: a script for the shell                       |
 | options       | options of several commands, numbers, their system, their folders     |
 | printing      | text on standard output: 78 columns, marks, colours                   |
 | progress      | progress: bars, lines, heartbeat                                      |
 
 A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, optionally
-``EXAMPLES`` (text below the help) and ``WRITES`` (the files of each of its kinds of results by name, the first of which
-identifies them), and imports its heavy dependencies inside `run`. Other packages add commands through
-entry points of the group ``linkages.commands``; one that cannot be loaded is skipped with a warning.
+``EXAMPLES`` (text below the help), ``WRITES`` (the files of each of its kinds of results by name, the first of which
+identifies them), ``SHORT_RUNS`` and ``SHORT_FILES`` (see `preparation`); it imports its heavy dependencies inside
+`run`. Other packages add commands through entry points of the group ``linkages.commands``; one that cannot be loaded is
+skipped with a warning.
 """
 
 from __future__ import annotations

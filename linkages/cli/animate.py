@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from linkages.base.errors import InputError
 from linkages.cli.options import add_part, part_of, stored_run
+from linkages.cli.printing import show
+
+if TYPE_CHECKING:
+    from linkages.system import System
 
 HELP = "write a run as a GIF or MP4 file"
 
@@ -41,10 +46,22 @@ def run(options: argparse.Namespace) -> int:
     if getattr(options, "from") is options.to is None:
         setattr(options, "from", steady.get("from"))
         options.to = steady.get("to")
-    trajectory = part_of(stored_run(options.folder), options.folder, options)
-    system = recorded_system(results)
+    run, system = stored_run(options.folder), recorded_system(results)
+    if not steady and getattr(options, "from") is options.to is None:
+        setattr(options, "from", _last_period(system, float(run.time[-1])))
+    trajectory = part_of(run, options.folder, options)
     path = options.out or options.folder / f"animation.{options.kind}"
     with whole(path) as partial:
-        count = write_moving(draw(system), system.links, trajectory, partial, options.kind, options.seconds)
-    print(f"written: {path}, {count} frames, {path.stat().st_size / 1e6:.1f} MB")
+        count = write_moving(draw(system), system, trajectory, partial, options.kind, options.seconds)
+    show(f"written: {path}, {count} frames, {path.stat().st_size / 1e6:.1f} MB")
     return 0
+
+
+def _last_period(system: System, end: float) -> float | None:
+    """Return when the last period of a linkage with ideal joints and rigid links begins, whose motion repeats [s]."""
+    from linkages.results.steady_state import common_period
+
+    if system.imperfect or not system.drives or any(not one.prescribed for one in system.drives.values()):
+        return None
+    period = common_period(system)
+    return end - period if period is not None and period <= end else None

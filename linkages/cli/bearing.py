@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 HELP = "a journal bearing under a static load: eccentricity, flow, friction, dynamic coefficients, stability"
 WRITES = {"bearing": ("bearing.json", "bearing_chart.png", "bearing_pressure.png")}
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("--diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000",)
+
 EXAMPLES = """examples:
   linkages bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000
   linkages bearing --diameter 80mm --length 40mm --clearance 0.1mm --viscosity 0.03 --speed 100 --load 1000 --film short
@@ -109,8 +112,12 @@ def run(options: argparse.Namespace) -> int:
             write_figure(pressure_figure(point), folder / "bearing_pressure")
             write_figure(chart_figure(point, chart(point.case, progress_bar("chart"))), folder / "bearing_chart")
         question = "Where does the journal settle under its load, and is this place stable?"
+        from linkages.show.report.tables import bearing as tables_of
+
         table = format_bearing(point, content)
-        record(options, folder, "Journal bearing", question, _answer(content), table)
+        record(
+            options, folder, "Journal bearing", question, _answer(content), table, tables_of(content), _tiles(content)
+        )
     print_results(options, table, out)
     return 0
 
@@ -122,6 +129,17 @@ def _answer(content: dict[str, Any]) -> list[str]:
     return [
         f"The journal settles at {ratio:.4g} of the clearance from the centre; {film:.4g} µm of oil remain.",
         f"Friction takes {content['power']:.4g} W; a rigid journal is {stable}.",
+    ]
+
+
+def _tiles(content: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the numbers of the first screen, and their meanings."""
+    from linkages.show.plots.quantities import quantity, share
+
+    return [
+        (share(content["eccentricity_ratio"]), "of the clearance: the journal's eccentricity"),
+        (quantity(content["least_film"], "m", 3), "thinnest oil film"),
+        (quantity(content["power"], "W", 3), "power of friction"),
     ]
 
 

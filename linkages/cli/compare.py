@@ -81,6 +81,7 @@ def _answer(result: Comparison) -> list[str]:
 
 def format_comparison(result: Comparison, system: System) -> str:
     """Format a comparison as lines of text."""
+    from linkages.elements.machine import KINDS
     from linkages.explore.compare import revolutions
     from linkages.results.divergence import PARTED
     from linkages.results.impacts import COMPARED, QUANTITIES
@@ -106,13 +107,8 @@ def format_comparison(result: Comparison, system: System) -> str:
             " more with --limit SECONDS or a looser --accuracy"
         )
     if result.segments:
-        lines += [
-            "both engines run the machine with rigid segments, as Drake has no flexible links; the last column is the",
-            "difference of segments and flexible links in the compiled engine, relative to the peak; more segments"
-            " (links.NAME.segments) reduce it",
-        ]
-        stretched = [name for name in system.tree.flexible if system.parts["links"][name].axial]
-        lines += [f"segments do not stretch; links.{name}.axial = 0 removes this part of it" for name in stretched]
+        for kind in KINDS:
+            lines += kind.substitute.compared(system.parts[kind.table]) if kind.substitute is not None else []
     of_segments = f"{'segments':>13s}" if result.segments else ""
     lines += ["", f"{'':28s}{'largest difference':>20s}{'of peak':>11s}{'at [s]':>13s}{'peak':>13s}{of_segments}"]
     for name, row in result.differences.items():

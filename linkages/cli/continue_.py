@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 HELP = "branches of stable and unstable periodic motions over one value, and their bifurcations"
 WRITES = {"continue": ("branches.json", "branches.png")}
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("slider_crank_lubricated.toml --vary drives.O.speed=510:515 --transient 1 --output B.force",)
+
 EXAMPLES = """examples:
   linkages continue slider_crank_lubricated.toml --vary drives.O.speed=100:150 --transient 5 --output B.force
   linkages continue my.toml --vary drives.O.speed=100:600 --start 300 --periods 2 --output B.force --sweep 40

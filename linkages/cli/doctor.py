@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 from linkages.base.errors import Status
 from linkages.base.packages import installed
+from linkages.cli.printing import show_pairs
 from linkages.engines import ENGINES, PACKAGES
 from linkages.input.files.shipped import data_folder
 
@@ -25,31 +26,53 @@ HELP = "check the installation: versions, caches, data, a self-check"
 
 EXAMPLES = """examples:
   linkages doctor
-  linkages doctor > installation.txt        to send with a question or a bug report
+  linkages doctor > installation.txt        to send with a bug report
+  linkages doctor --compile                 no command waits for the compiler later
 """
+_NAMES = 27  # widest check [columns]
 _PLACE = "set NUMBA_CACHE_DIR to a writable folder"
 #: What is missing without a package that not every system has.
 _WITHOUT = {"drake": "without: the drake engine, compare, --verify, SNOPT, magnified joints in animations"}
+_MINUTES = 8  # time to compile the code of all commands
 _TOLERANCE = 1e-6  # relative tolerance of the self-check; the runs of both engines are ten times more accurate
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add examples; the command takes no arguments."""
+    """Add the command's arguments."""
+    text = "compile the code of all commands now, in the background, instead of at the first use of each"
+    parser.add_argument("--compile", action="store_true", help=text)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the results; return 1 if a check fails."""
+    """Print the results, or compile; return 1 if a check fails."""
     from linkages.cli.progress import announce_compilation
 
+    if options.compile:
+        return _compile()
     announce_compilation()
     wrong = 0
     for result in examine():
-        print(f"{'WRONG' if result.remedy else 'ok   '} {result.name:22s} {result.text}", flush=True)
-        if result.remedy:
-            wrong += 1
-            print(f"      {'':22s} {result.remedy}")
+        wrong += bool(result.remedy)
+        rows = [(f"{'WRONG' if result.remedy else 'ok   '} {result.name}", result.text)]
+        show_pairs(rows + [("", result.remedy)] * bool(result.remedy), _NAMES)
     print(f"\n{wrong} of these need{'s' * (wrong == 1)} a remedy" if wrong else "\nall is well")
     return int(bool(wrong))
+
+
+def _compile() -> int:
+    """Begin to compile the code of all commands; return 1 if there is no cache to keep it in."""
+    from linkages.cli.preparation import prepare_beside, short_runs
+
+    if (cache := compile_cache()).remedy:
+        print(f"WRONG {cache.name:22s} {cache.text}\n{'':28s} {cache.remedy}")
+        return 1
+    prepare_beside()
+    print(
+        f"compiling in the background: {len(short_runs())} short runs, for about {_MINUTES} minutes on two free cores;"
+        " commands work meanwhile"
+    )
+    print(f"{cache.text}; `linkages doctor` counts its files")
+    return 0
 
 
 class CheckResult(NamedTuple):

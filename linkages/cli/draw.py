@@ -43,8 +43,9 @@ def run(options: argparse.Namespace) -> int:
         system = load(file, values, COMMAND_LINE)
     drawing, out = draw(system), output_folder(options, f"{file.stem}_drawing", "draw")
     with out as folder:
-        write_figure(picture(drawing), folder / "drawing")
-        (folder / "drawing.svg").write_text(svg(drawing), encoding="utf-8")
+        still = draw(system, spread=True)
+        write_figure(picture(still), folder / "drawing")
+        (folder / "drawing.svg").write_text(svg(still), encoding="utf-8")
         (folder / "drawing.html").write_text(page(drawing), encoding="utf-8")
         facts = [drawing.problem] * bool(drawing.problem) + [*drawing.facts, *drawing.doubts]
         table = "\n".join([drawing.title, *(f"  {text}" for text in (*drawing.facts, *drawing.doubts))])

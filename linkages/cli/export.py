@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import InputError
 from linkages.cli.options import add_names, add_units, possible_folder, seconds, stored_run, written
+from linkages.cli.printing import show
 from linkages.input.files.table_formats import FORMATS
 
 if TYPE_CHECKING:
@@ -80,16 +81,14 @@ def _export_loads(options: argparse.Namespace) -> int:
     cases = _cases(system, run, times, links)
     with errors_of_writing(out):
         out.mkdir(parents=True, exist_ok=True)
-        names = write_loads(
-            out, cases, {name: link.beam for name, link in system.links.items() if link.beam is not None}
-        )
-    print(f"{'case':>4} {'time [s]':>12}  {'link':16} {'loads':>6} {'largest [N]':>12} {'sum / largest':>14}")
+        names = write_loads(out, cases)
+    lines = [f"{'case':>4} {'time [s]':>12}  {'link':16} {'loads':>6} {'largest [N]':>12} {'sum / largest':>14}"]
     for k, case in enumerate(cases):
-        print(f"{k + 1:>4} {case.time:12.6g}  {case.name}")
+        lines.append(f"{k + 1:>4} {case.time:12.6g}  {case.name}")
         for link, of_link in case.links.items():
             count = len(of_link.loads)
-            print(f"{'':18} {link:16} {count:>6} {of_link.largest:12.4g} {of_link.imbalance:14.1e}")
-    print(f"\n{written(out, names)}")
+            lines.append(f"{'':18} {link:16} {count:>6} {of_link.largest:12.4g} {of_link.imbalance:14.1e}")
+    show("\n".join([*lines, "", written(out, names)]))
     return 0
 
 
@@ -119,8 +118,10 @@ def _compare(folder: Path, run: Trajectory, stored: Trajectory) -> None:
     names = [name for name in stored if name.startswith("q.") and name in run]
     ends = np.array([(run[name][-1], stored[name][-1]) for name in names])
     if run.time[-1] != stored.time[-1] or not np.allclose(ends[:, 0], ends[:, 1], rtol=_SAME, atol=_SAME):
-        print(f"warning: the repeated run differs from that in {folder}: its files have changed, or the motion is")
-        print("chaotic and this machine rounds otherwise; the loads are those of the repeated run")
+        show(
+            f"warning: the repeated run differs from the one in {folder}: its files have changed, or the motion is"
+            " chaotic and this machine rounds otherwise; the loads belong to the repeated run"
+        )
 
 
 def _links(asked: list[str] | None, system: System) -> list[str]:

@@ -73,10 +73,7 @@ def run(options: argparse.Namespace) -> int:
         partial.write_text(text, encoding="utf-8")
     for note in sorted(notes, key=lambda note: note.startswith(MARK)):
         print(note if note.startswith(MARK) else f"- {note}")
-    if gravity is None:
-        said = "if the other program assumed gravity, its experiment needs"
-    else:
-        said = "the file's gravity, for the experiment"
+    said = "other programs assume, for the experiment" if gravity is None else "the file's gravity, for the experiment"
     print(f"{said}: gravity = {list(gravity or USUAL_GRAVITY)}  # m/s2")
     links, joints = len(machine.links), len(machine.joints)
     parts = counted(links, "link"), counted(joints, "joint"), counted(joints - links, "loop")

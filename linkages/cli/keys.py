@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from linkages.base.errors import InputError, nearest
+from linkages.cli.printing import show, show_pairs
 
 HELP = "list the keys of an experiment file and the outputs of a run, with units and meanings"
 
@@ -36,15 +37,19 @@ def run(options: argparse.Namespace) -> int:
             near = nearest(options.path, words, "`linkages keys` lists them all")
             raise InputError("keys", options.path, f"is no key and no output; {near}")
         keys, outputs = found, []
-    width = max(len(name) for name, _ in (*keys, *outputs))
-    lines = [f"{name:{width}s}  {meaning}" for name, meaning in (*keys, *outputs)]
+    show_pairs(_spaced(keys))
     if outputs:
-        allowed = (
-            "the key `outputs` of an experiment allows outputs of POINTs (links or frames), also positions of JOINTs"
+        show(
+            "\nOutputs of a run; the key `outputs` of an experiment allows outputs of POINTs (links or frames), also"
+            " positions of JOINTs:\n"
         )
-        lines.insert(len(keys), f"\nOutputs of a run; {allowed}:\n")
-    print("\n".join(lines))
+        show_pairs(_spaced(outputs))
     return 0
+
+
+def _spaced(rows: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Let lines break between alternatives."""
+    return [(name, meaning.replace("|", " | ")) for name, meaning in rows]
 
 
 def _has(wanted: Sequence[str], parts: Sequence[str]) -> bool:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 HELP = "a linear state-space model at a state or an equilibrium: A, B, C, D, poles, frequency response"
 WRITES = {"linearise": ("linear.json", "linear.npz", "bode.png")}
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("slider_crank_motor.toml --time 0.001 --output slider.x --output B.force",)
+
 EXAMPLES = """examples:
   linkages linearise my.toml --equilibrium --output slider.x
   linkages linearise my.toml --time 0.2 --input O.torque --output slider.x --frequencies 1:1000:300
@@ -70,10 +73,12 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.style import write_figure
 
             write_figure(bode_figure(found, frequencies, response), folder / "bode")
+        from linkages.show.report.tables import linear
+
         table = format_model(result)
         what = f"{listed(result['outputs'])} to {listed(result['inputs'] or ['a disturbed state'])}"
         question = f"How do small motions about the {_where(result)} respond: {what}?"
-        record(options, folder, title, question, _answer(result), table)
+        record(options, folder, title, question, _answer(result), table, linear(result))
     print_results(options, table, out)
     return 0
 

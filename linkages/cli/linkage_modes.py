@@ -44,8 +44,18 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
             write_figure(shapes_figure(found, count), folder / "mode_shapes")
             if over is not None:
                 write_figure(frequencies_figure(over), folder / "mode_frequencies")
+        from linkages.show.report.tables import modes as modes_table
+
         table = format_modes(result)
-        record(options, folder, result["title"], "At which frequencies does it vibrate?", _answer(result), table)
+        record(
+            options,
+            folder,
+            result["title"],
+            "At which frequencies does it vibrate?",
+            _answer(result),
+            table,
+            modes_table(result),
+        )
     print_results(options, table, out)
     return 0
 

@@ -22,6 +22,7 @@ from linkages.base.errors import InputError, RunError, Status, nearest, shortene
 from linkages.base.signals import interruptible
 from linkages.cli import commands
 from linkages.cli.options import as_presented
+from linkages.cli.printing import wrapped
 from linkages.cli.progress import be_quiet, heartbeat
 from linkages.input.files.unit_conversion import decimal_comma
 
@@ -29,14 +30,14 @@ if TYPE_CHECKING:
     from linkages.results.trajectory import Trajectory
 
 _EXAMPLES = """examples:
-  linkages new my_linkage                                 a mechanism and an experiment to start with
-  linkages draw my_linkage.sdf                            a labelled, movable picture
-  linkages simulate my_linkage.toml                       numbers, figures and an animation in results/my_linkage
-  linkages report results/my_linkage                      all of them on one page
+  linkages new my                 a mechanism and an experiment to start with
+  linkages draw my.sdf            a labelled, movable picture
+  linkages simulate my.toml       numbers, figures, animation in results/my
+  linkages report results/my      all of them on one page
   linkages simulate seven_bar.toml --set joints.A.clearance=2e-4
-  linkages doctor                                         check of the installation
+  linkages doctor                 check of the installation
 
-linkages COMMAND --help has more. Exit status: 0 success, 1 failed, 2 bad input, 130 interrupted.
+`linkages COMMAND --help` has more. Exit status: 0 success, 1 failed, 2 bad input, 130 interrupted.
 """
 
 
@@ -76,11 +77,19 @@ def execute(run: Callable[[argparse.Namespace], int], options: argparse.Namespac
         raise
 
 
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Help that keeps the lines of examples, but those that are too wide."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        text = re.sub(r"(?<=\S)\n(?=\w)", " ", text)  # lines of one paragraph
+        return "\n".join(part for line in text.splitlines() for part in wrapped(line)) + "\n"
+
+
 class Parser(argparse.ArgumentParser):
     """An `argparse.ArgumentParser` that keeps the lines of examples and raises `InputError`."""
 
     def __init__(self, **settings: Any) -> None:
-        super().__init__(**{"formatter_class": argparse.RawDescriptionHelpFormatter} | settings)
+        super().__init__(**{"formatter_class": _Help} | settings)
         self._given: dict[argparse.Action, set[str]] = {}
 
     def error(self, message: str) -> NoReturn:

@@ -24,6 +24,9 @@ WRITES = {"modes": ("modes.json", "animation.html", "*.png")}
 _OF_ROBOT, _OF_LINKAGE = ("verify", "dynamic", "branch", "elements", "no_animation"), ("count", "cycle", "set")
 _COUNT, _MOST = 6, 10_000  # default number of modes; largest number of modes and poses
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("slider_crank_flexible.toml",)
+
 EXAMPLES = """examples:
   linkages modes slider_crank_flexible.toml
   linkages modes my.toml --count 4 --cycle 72 --set links.rod.bending=8

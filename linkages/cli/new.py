@@ -10,6 +10,7 @@ from pathlib import Path
 
 from linkages.base.brief import counted
 from linkages.base.errors import InputError, nearest
+from linkages.cli.printing import show
 from linkages.input.files.writing import errors_of_writing, whole
 
 HELP = "write a commented mechanism (.sdf) and experiment (.toml) to start with"
@@ -17,8 +18,8 @@ HELP = "write a commented mechanism (.sdf) and experiment (.toml) to start with"
 EXAMPLES = """examples:
   linkages new press && linkages simulate press.toml
   linkages new press --model dry --out machines
-  linkages new saw --flexible                              a slider-crank with a flexible rod
-  linkages new jansen --from leg.toml                      from points, links and parameters
+  linkages new saw --flexible              a slider-crank with a flexible rod
+  linkages new jansen --from leg.toml      from points, links and parameters
 """
 
 _NAME = re.compile(r"(?!world$)[A-Za-z][A-Za-z0-9_-]{0,63}")  # SDFormat reserves "world"
@@ -49,8 +50,9 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("NAME" if options.name is not None else f"--from: {source}: the file's name", name, problem)
     texts, facts = described_files(name, source) if source else (template_files(name, options.model), "")
     machine, experiment = write_files(name, texts, options.out)
-    print(f"written: {machine}, {experiment}{facts}\ndraw it: linkages draw {experiment}")
-    print(f"run it:  linkages simulate {experiment}")
+    show(f"written: {machine}, {experiment}{facts}")
+    show(f"draw it: linkages draw {experiment}")
+    show(f"run it: linkages simulate {experiment}")
     return 0
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from linkages.results.trajectory import Trajectory
+    from linkages.show.report.tables import PageTable
     from linkages.system import System
 
 
@@ -255,11 +256,25 @@ def written(out: Path, names: Iterable[str]) -> str:
 _OWN_PLACE = frozenset({"--out", "--cluster", "--wait"})
 
 
-def record(options: argparse.Namespace, folder: Path, title: str, question: str, answer: list[str], table: str) -> None:
-    """Write ``record.json`` for ``linkages report``: question, answer, table, command line without its folder."""
+def record(
+    options: argparse.Namespace,
+    folder: Path,
+    title: str,
+    question: str,
+    answer: list[str],
+    table: str,
+    tables: Iterable[PageTable] = (),
+    tiles: Iterable[tuple[str, str]] = (),
+) -> None:
+    """Write ``record.json`` for ``linkages report``: question, answer, tables, command line without its folder.
+
+    `table` is the text of the terminal, `tables` and `tiles`, the numbers of the first screen with their meanings, are
+    the same for a page.
+    """
     from linkages.input.files.versions import versions
 
-    given = {"title": title, "question": question, "answer": answer, "table": table}
+    given: dict[str, Any] = {"title": title, "question": question, "answer": answer, "table": table}
+    given |= {"tiles": [*tiles], "tables": [one.content for one in tables]}
     pairs = pairwise(["", *options.words])
     words = [word for before, word in pairs if _OWN_PLACE.isdisjoint((before, word.partition("=")[0]))]
     words = [word for word in words if word != "--resume"]  # the repetition begins anew

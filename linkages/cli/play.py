@@ -15,7 +15,9 @@ HELP = "change values on a live page, and see motion, orbits and forces at once"
 EXAMPLES = """examples:
   linkages play seven_bar.toml
   linkages play seven_bar.toml --vary joints.A.clearance=0.05mm:0.5mm --vary drives.O1.speed=3:9
-  linkages play my.toml --port 8123 --no-browser     then, elsewhere: ssh -L 8123:127.0.0.1:8123 HOST
+  linkages play my.toml --port 8123 --no-browser
+
+From another computer: ssh -L 8123:127.0.0.1:8123 HOST
 """
 
 

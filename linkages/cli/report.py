@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from linkages.cli.options import add_units
+from linkages.cli.printing import show
 
 HELP = "make one self-contained HTML page from a folder of results"
 
@@ -38,5 +39,5 @@ def run(options: argparse.Namespace) -> int:
         if options.units is None:
             show_in(results.experiment.get("units"), (results.source, "units"))
         write_report(results, path)
-    print(f"written: {path}, {path.stat().st_size / 1e6:.1f} MB, needs no network")
+    show(f"written: {path}, {path.stat().st_size / 1e6:.1f} MB, needs no network")
     return 0

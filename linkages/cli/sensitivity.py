@@ -16,7 +16,14 @@ if TYPE_CHECKING:
     from linkages.system import System
 
 HELP = "derivatives of peaks, means and works of a run with respect to values"
-WRITES = {"sensitivity": ("sensitivity.json", "details.json", "tornado.png")}
+WRITES = {"sensitivity": ("sensitivity.json", "details.json", "matrix.png")}
+
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = (
+    "seven_bar.toml --wrt joints.A.clearance sdf.links.link6.mass --duration 0.01",
+    "slider_crank_dry.toml --wrt joints.B.clearance --duration 0.001",
+    "slider_crank_lubricated.toml --wrt joints.B.clearance drives.O.speed --duration 0.002 --check",
+)
 
 EXAMPLES = """examples:
   linkages sensitivity seven_bar.toml --wrt joints.A.clearance joints.A.viscosity sdf.links.link6.mass
@@ -60,27 +67,27 @@ def run(options: argparse.Namespace) -> int:
         details |= {"differences": found.checks, "warnings": found.warnings, "run": found.run.provenance}
         write_json(folder / "details.json", details)
         if not options.no_plots:
-            from linkages.show.plots.linear_figures import tornado_figure
+            from linkages.show.plots.matrix import matrix_figure
             from linkages.show.plots.style import write_figure
 
-            write_figure(tornado_figure(found), folder / "tornado")
+            write_figure(matrix_figure(found), folder / "matrix")
+        from linkages.show.plots.changes import strongest
+        from linkages.show.plots.names import name_of_value
+        from linkages.show.report.tables import matrix
+
         table, title = format_sensitivities(found, system), system.description.heading
-        question = f"How do the peaks change with {listed(options.wrt)}?"
-        record(options, folder, title, question, _answer(found), table)
+        question = f"How do the peaks change with the {listed(map(name_of_value, options.wrt))}?"
+        record(
+            options,
+            folder,
+            title,
+            question,
+            [f"{one}." for one in strongest(found)],
+            table,
+            matrix(found, system.value_unit),
+        )
     print_results(options, table, out)
     return 0
-
-
-def _answer(found: Sensitivities) -> list[str]:
-    """Tell for each peak the value that changes it most; only derivatives that predict a change of 1 % are compared."""
-    said = []
-    for key in found.times:
-        shares = {path: share for path in found.values if (share := found.per_cent(path, key)) is not None}
-        if shares:
-            path = max(shares, key=lambda path: abs(shares[path]))
-            others = "other values" if len(shares) == len(found.values) else "others that derivatives predict"
-            said.append(f"{path} larger by 1 % changes {key} by {100.0 * shares[path]:+.3g} %, more than {others}.")
-    return said or ["No derivative predicts the change of a peak with 1 % of a value."]
 
 
 def format_sensitivities(found: Sensitivities, system: System) -> str:

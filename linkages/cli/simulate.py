@@ -57,6 +57,24 @@ WRITES = {
     )
 }
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = (
+    "seven_bar.toml --duration 0.02",
+    "seven_bar.toml --duration 0.002 --engine drake",
+    "seven_bar_dry.toml --duration 0.02",
+    "seven_bar_mixed.toml --duration 0.02",
+    "slider_crank_dry.toml --duration 0.002",
+    "slider_crank_dry.toml --duration 0.0002 --engine drake",
+    "slider_crank_lubricated.toml --duration 0.002",
+    "slider_crank_flexible.toml --duration 0.002",
+    "slider_crank_guide.toml --duration 0.002",
+    "slider_crank_motor.toml --duration 0.002",
+    "slider_crank_main_bearing.toml --duration 0.0005",
+    "four_bar_dry.toml --duration 0.002",
+    "gear_rattle.toml --duration 0.002",
+    "three_rrr_clearance.toml --duration 0.0005",
+)
+
 EXAMPLES = """examples:
   linkages simulate seven_bar.toml
   linkages simulate my.toml --data measured.csv
@@ -149,7 +167,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.show.plots.histories import write_figures
 
             write_figures(result, folder, summary.error)
-            (folder / "drawing.svg").write_text(svg(draw(system)), encoding="utf-8")
+            (folder / "drawing.svg").write_text(svg(draw(system, spread=True)), encoding="utf-8")
         if not options.no_animation:
             silence.stage = "animation"
             _animate(result, folder / "animation.html", options.exaggerate)

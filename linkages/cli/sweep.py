@@ -39,6 +39,12 @@ if TYPE_CHECKING:
 HELP = "run over the values of one or two variables: peaks, bifurcation diagram, maps"
 WRITES = {"sweep": ("sweep.json", "sweep.csv", "sweep.parquet", "sweep.png", "map_*.png", "rows")}
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = (
+    "slider_crank_dry.toml --vary joints.B.clearance=1e-4:2e-4:2 --revolutions 1",
+    "slider_crank_lubricated.toml --vary joints.B.clearance=1e-4:2e-4:2 --output B.force --revolutions 1 --transient 0",
+)
+
 EXAMPLES = """examples:
   linkages sweep seven_bar.toml --vary joints.A.clearance=0.1mm:0.4mm:31 --revolutions 2
   linkages sweep slider_crank_dry.toml --vary drives.O.speed=100:600:101 --output B.force --output B.ey
@@ -97,9 +103,15 @@ def run(options: argparse.Namespace) -> int:
         write_json(folder / "sweep.json", _content(result, units), None)
         if not options.no_plots:
             _draw(result, units, system.mechanism, folder / "sweep")
+        from linkages.show.plots.names import name_of_output, name_of_value
+        from linkages.show.plots.quantities import quantity
+        from linkages.show.report.tables import sweep as peaks_of
+
         table, title = format_sweep(result, units), system.description.heading
-        question = f"How do the peaks of {listed(names)} change with {path} from {values[0]:.5g} to {values[-1]:.5g}?"
-        record(options, folder, title, question, _answer(result, units), table)
+        ends = f"from {quantity(values[0], result.unit)} to {quantity(values[-1], result.unit)}"
+        outputs = listed(name_of_output(name) for name in names)
+        question = f"How do the peaks of the {outputs} change with the {name_of_value(path)} {ends}?"
+        record(options, folder, title, question, _answer(result, units), table, [peaks_of(result, units, statistics)])
     print_results(options, table, out)
     failed = [point for point in result.points if point.status not in (Status.OK, Status.INTERRUPTED)]
     for point in failed:
@@ -126,6 +138,7 @@ def parse_range(text: str, system: System) -> tuple[str, list[float]]:
 def _draw(result: Sweep, units: dict[str, str], mechanism: Mechanism, path: Path) -> None:
     """Draw small panels of the peaks where every motion repeats in each revolution, else the bifurcation diagram."""
     from linkages.show.plots.attractors import bifurcation_figure
+    from linkages.show.plots.names import name_of_value
     from linkages.show.plots.style import axis_label, engineering, write_figure
     from linkages.show.plots.swept import peaks_figure
 
@@ -133,7 +146,8 @@ def _draw(result: Sweep, units: dict[str, str], mechanism: Mechanism, path: Path
         figure = peaks_figure(result, units, mechanism)
     else:
         shown, factor = engineering(result.unit, max(abs(point.value) for point in result.points))
-        figure = bifurcation_figure(result, units, axis_label(result.path, shown), scale=factor, mechanism=mechanism)
+        label = axis_label(name_of_value(result.path), shown)
+        figure = bifurcation_figure(result, units, label, scale=factor, mechanism=mechanism)
     write_figure(figure, path)
 
 

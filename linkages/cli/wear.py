@@ -16,6 +16,9 @@ WRITES = {"wear": ("wear.json", "wear_*.png", "wear.html", "blocks")}
 
 #: Subfolder of the blocks in the folder of results.
 BLOCKS = "blocks"
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("slider_crank_wear.toml --cycles 2",)
+
 EXAMPLES = """examples:
   linkages wear slider_crank_dry.toml --cycles 100000 --set joints.B.wear.coefficient=1e-15
   linkages wear my.toml --cycles 20000 --set joints.B.wear.coefficient=5e-14 --out results/soft
@@ -54,11 +57,11 @@ def run(options: argparse.Namespace) -> int:
     with out as folder:
         write_json(folder / "wear.json", found, None)
         if not options.no_plots:
-            from linkages.show.plots.bearings import write_wear_figures
+            from linkages.show.plots.worn import write_wear_figures
 
             write_wear_figures(found, folder)
         if not options.no_animation:
-            from linkages.show.plots.bearings import write_wear_animation
+            from linkages.show.plots.worn import write_wear_animation
 
             write_wear_animation(found, folder / "wear.html")
         from linkages.show.report.result_page import WEAR_QUESTION, wear_answer

@@ -5,6 +5,9 @@
 | element        | the duties of a kind                                                                    |
 | machine        | the elements of a machine in arrays; one compiled loop for each kind                    |
 | load_function  | the part that forces and torques share: constant, table, formula, or signal of a file   |
+| drive          | a drive of a joint: a prescribed motion, a torque, a force                              |
+| flexible_link  | a flexible link                                                                         |
+| flexible       | its substructures, internal forces, and the limits of its model                         |
 | force          | a force at a point of a link                                                            |
 | torque         | a torque on a link or in a joint                                                        |
 | spring         | a spring and a damper between two points                                                |
@@ -23,6 +26,7 @@
 | coordinates    | what elements do to coordinates and points: couplings, contacts, pushes                 |
 | outputs        | outputs of elements, and where their values come from                                   |
 | pictures       | pictures of elements as data                                                            |
+| validity       | rules on the validity of models in a run                                                |
 | analysis       | what is done with a machine, and why an element cannot take part in it                  |
 | law_tables     | tables that name a law, with the law's declared parameters                              |
 | contact_tables | tables of contact and friction                                                          |

@@ -14,6 +14,9 @@ from linkages.input.functions.definitions import Definition
 #: End of the name of the coordinate of a wheel that a drive turns before its joint, after the joint's name.
 WHEEL = ".wheel"
 
+#: Separator of a link's name and the number of a hinge, in the name of a coordinate between rigid segments of the link.
+HINGE = "/hinge"
+
 
 @dataclass(frozen=True)
 class Coupled:

@@ -18,6 +18,7 @@ from linkages.elements.contact_tables import ContactTable
 from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
 from linkages.elements.outputs import Quantities
 from linkages.elements.pictures import Around, Between, Picture, Point, Scene
+from linkages.elements.validity import Rules, Warned
 from linkages.input.files.toml import Table
 from linkages.input.functions.definitions import Function, Quantity
 from linkages.input.functions.smoothing import SmoothSignal
@@ -25,7 +26,7 @@ from linkages.mechanics.planar.functions import Given
 from linkages.mechanics.planar.loads import ENERGY, POWER, SECOND, VALUE
 
 # columns of `Element.tell`, and what most kinds need
-__all__ = ["ENERGY", "POWER", "SECOND", "VALUE", "Around", "Between", "Point", "Quantities"]
+__all__ = ["ENERGY", "POWER", "SECOND", "VALUE", "Around", "Between", "Point", "Quantities", "Warned"]
 
 K = TypeVar("K", bound=Table)
 
@@ -47,6 +48,10 @@ class Places(Protocol):
 
 class Checks(Protocol):
     """Checks of an element's keys against the machine, for `Element.check`; a refusal names file, key and reason."""
+
+    @property
+    def name(self) -> str:
+        """Return the name of the element."""
 
     def refuse(self, key: str, problem: str) -> NoReturn:
         """Refuse the value of a key, or the table."""
@@ -75,6 +80,9 @@ class Checks(Protocol):
     def unit(self, key: str, unit: str) -> None:
         """Refuse a value with a unit of another kind than this SI unit."""
 
+    def same_kind(self, key: str, text: str, unit: str) -> None:
+        """Refuse a unit of another kind than an SI unit."""
+
     def covers(self, times: list[float] | None, fits: Iterable[SmoothSignal]) -> None:
         """Refuse a table over time, and signals of files, that end before the run."""
 
@@ -99,6 +107,12 @@ class Checks(Protocol):
     def has_beam(self, link: str) -> bool:
         """Tell whether a link has a beam."""
 
+    def interfaces(self, link: str) -> int:
+        """Return the largest number of interfaces of a substructure of a link with a beam."""
+
+    def in_file(self, kind: str) -> str:
+        """Return where the part with the element's name is in the machine's file."""
+
     def joint(self, key: str, name: str) -> Any:
         """Return a joint, a `linkages.elements.pictures.Jointed`; refuse an unknown one."""
 
@@ -116,14 +130,6 @@ class Checks(Protocol):
 
     def within(self, key: str) -> Checks:
         """Return the checks of the table at a key."""
-
-
-class Warned(NamedTuple):
-    """A warning about elements: its kind, what is wrong, and the remedy."""
-
-    kind: str
-    what: str
-    remedy: str
 
 
 class Rotor(NamedTuple):
@@ -161,6 +167,59 @@ class Applied:
     units: Mapping[str, str]
 
 
+@dataclass(frozen=True)
+class Substitute:
+    """What the Drake engine runs instead of elements that it does not have.
+
+    Attributes
+    ----------
+    key : str
+        Key of the number that makes it finer.
+    refined : callable
+        ``refined(keys)`` are values by key that make it about twice as fine.
+    warns : callable
+        ``warns(named)`` are warnings about a run with it, for elements by name.
+    compared : callable
+        ``compared(named)`` are lines that explain a comparison of both engines.
+    """
+
+    key: str
+    refined: Callable[[Any], Mapping[str, float]]
+    warns: Callable[[Mapping[str, Any]], Iterable[Warned]]
+    compared: Callable[[Mapping[str, Any]], Sequence[str]]
+
+
+class Modelled(NamedTuple):
+    """A joint or link that can have a model, for the live page."""
+
+    name: str
+    part: Any  # `linkages.input.model.mechanism.Link`
+    ends: Sequence[Array]  # different places of joints on a link, (2,) [m]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Models of a joint or link that the live page offers.
+
+    Attributes
+    ----------
+    chosen : callable
+        ``chosen(keys)`` is the present model; the keys are None for a part without a table.
+    offered : callable
+        ``offered(modelled)`` are the models that the part can have.
+    values : callable
+        ``values(modelled, model)`` are the values by path that give it a model, data that it lacks included; ValueError
+        for an unknown one, and a part that cannot have it.
+    determines : callable
+        ``determines(name, values)`` are the beginnings of paths that such values make meaningless.
+    """
+
+    chosen: Callable[[Any], str]
+    offered: Callable[[Modelled], Sequence[str]]
+    values: Callable[[Modelled, str], dict[str, Any]]
+    determines: Callable[[str, Mapping[str, Any]], tuple[str, ...]]
+
+
 Slides = Callable[[str], bool]  #: whether a joint, by name, is prismatic
 
 #: Kernels of a kind, without and with functions.
@@ -177,6 +236,8 @@ class Element(Generic[K]):
     ----------
     table : str
         Its table in experiments.
+    part : str
+        What names its elements: "joint" or "link" if they are models of these parts of a machine; empty: own names.
     keys : type of Table
         The keys of one element. Its `imperfections` name the keys that the linkage with ideal joints lacks.
     derived : callable
@@ -198,12 +259,20 @@ class Element(Generic[K]):
         ``points(keys)`` are the points at which it acts on links.
     from_reference : callable
         ``from_reference(keys)`` tells whether it counts a coordinate or a direction from the reference configuration.
+    deforms : callable
+        ``deforms(keys)`` tells whether it makes its link a deformable body, a body with shape coordinates.
+    idle : callable
+        ``idle(keys, name)`` says why none of its keys acts; empty if they act. A part without a table has no keys.
+    absent : callable
+        ``absent(name)`` says what a part without this model lacks for its outputs, and the remedy.
     rotor : callable
         ``rotor(keys)`` is the inertia that it adds to a joint.
     record : dtype, optional
         The numbers of its kernels, made by ``record_type``; default: it has no kernels.
+    values : mapping
+        Keys whose values the record has as they are, by its fields.
     pack : callable
-        ``pack(keys, places)`` returns the numbers of a record by field.
+        ``pack(keys, places)`` returns the other numbers of a record by field.
     functions : callable, optional
         ``functions(keys, name)`` returns the functions that its record refers to: components by the field that has the
         index of the first one. A kernel reads them by `linkages.mechanics.planar.functions.value_of`.
@@ -231,11 +300,19 @@ class Element(Generic[K]):
         points that are closer than ``closest`` [m] coincide. Empty without an error.
     applied : Applied, optional
         Its constants that a step or a linear model changes.
+    controls : sequence of str
+        Its keys that the live page shows first.
+    choice : Choice, optional
+        Models of its part that the live page offers.
     picture : callable
         ``picture(keys, scene)`` are its shapes in drawings.
     warns : callable
         ``warns(named, locked)`` are warnings about a run of a machine with these elements by name, some of whose
         couplings lock each other. Kinds with the same function are warned about together.
+    rules : Rules, optional
+        Rules on its validity in a run.
+    substitute : Substitute, optional
+        What the Drake engine runs instead.
     unsupported : sequence of Refusal
         Models that some analyses cannot treat.
     linear : bool
@@ -245,6 +322,7 @@ class Element(Generic[K]):
     """
 
     table: str
+    part: str = ""
     keys: type[K]
     derived: Callable[[Mapping[str, Any]], Mapping[str, K]] | None = None
     home: str = ""
@@ -255,8 +333,12 @@ class Element(Generic[K]):
     ideal_efforts: Callable[[K, str], Iterable[IdealEffort]] = lambda keys, name: ()
     points: Callable[[K], Iterable[Point]] = lambda keys: ()
     from_reference: Callable[[K], bool] = lambda keys: False
+    deforms: Callable[[K], bool] = lambda keys: False
+    idle: Callable[[K | None, str], str] = lambda keys, name: ""
+    absent: Callable[[str], str] = lambda name: ""
     rotor: Callable[[K], Rotor | None] = lambda keys: None
     record: np.dtype[Any] | None = None
+    values: Mapping[str, str] = field(default_factory=dict)
     pack: Callable[[K, Places], Mapping[str, Any]] = lambda keys, places: {}
     functions: Callable[[K, str], Mapping[str, Sequence[Function]]] | None = None
     act: Acting | None = None
@@ -269,8 +351,12 @@ class Element(Generic[K]):
     sort: Callable[[K, Slides], int | Sequence[int]] = lambda keys, slides: 0
     force: Callable[[K, Slides, float], float] = lambda keys, slides, extent: 0.0
     problem_at_start: Callable[[K, Array, float], str] = lambda keys, row, closest: ""
+    controls: tuple[str, ...] = ()
+    choice: Choice | None = None
     picture: Callable[[K, Scene], Iterable[Picture]] = lambda keys, scene: ()
     warns: Callable[[Mapping[str, K], Sequence[str]], Iterable[Warned]] | None = None
+    rules: Rules[Any] | None = None
+    substitute: Substitute | None = None
     unsupported: tuple[Refusal, ...] = ()
     linear: bool = True
     completed: Callable[[Mapping[str, Any], Callable[[str, str], bool]], Mapping[str, Any]] = lambda keys, meet: keys

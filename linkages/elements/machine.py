@@ -17,12 +17,15 @@ from linkages.base.kernel import kernel, lazy_kernel, record_type
 from linkages.elements.controller import CONTROLLER
 from linkages.elements.coordinates import Barrier, Coupled, Edge, Push
 from linkages.elements.coupling import COUPLING
-from linkages.elements.element import VALUE, Element, Places
+from linkages.elements.drive import DRIVE
+from linkages.elements.element import VALUE, Element, Places, Slides
+from linkages.elements.flexible_link import FLEXIBLE_LINK
 from linkages.elements.force import FORCE
 from linkages.elements.friction import FRICTION
 from linkages.elements.gear import GEAR
 from linkages.elements.gearbox import GEARBOX
 from linkages.elements.motor import MOTOR
+from linkages.elements.outputs import Source
 from linkages.elements.spring import SPRING
 from linkages.elements.state import STATE
 from linkages.elements.stop import STOP
@@ -36,12 +39,15 @@ from linkages.mechanics.planar.record_types import MARKER
 
 #: All kinds, in the order of their outputs and of their states in the state vector.
 KINDS: tuple[Element[Any], ...] = (
-    *(FORCE, TORQUE, FRICTION, SPRING, TORSION_SPRING, STATE, MOTOR, CONTROLLER),
+    *(DRIVE, FLEXIBLE_LINK, FORCE, TORQUE, FRICTION, SPRING, TORSION_SPRING, STATE, MOTOR, CONTROLLER),
     *(STOP, GEAR, COUPLING, GEARBOX, TOUCH),
 )
 
 OF_ELEMENTS = {kind.table: kind for kind in KINDS}  #: the kinds, by their tables
-TABLES = tuple(kind.table for kind in KINDS if kind.derived is None)  #: of experiments
+#: The kinds that are models of parts of a machine; the kinds whose elements have names of their own, in own tables.
+OF_PARTS = tuple(kind for kind in KINDS if kind.part)
+NAMED = tuple(kind for kind in KINDS if kind.derived is None and not kind.part)
+TABLES = tuple(kind.table for kind in NAMED)  #: of experiments
 PUSHING = tuple(kind.table for kind in KINDS if kind.push is not None)  #: whose elements are loads
 DEFINING = tuple(kind for kind in KINDS if kind.quantities is not None)  #: the kinds that define quantities
 _PLAIN = tuple(kind for kind in KINDS if kind.record is not None and kind.functions is None)
@@ -76,6 +82,30 @@ def couplings_by_name(tables: Tables) -> dict[str, Coupled]:
     """Return the coordinates that elements couple, by the elements' names."""
     found = ((name, kind.couples(keys)) for kind, name, keys in all_elements_of(tables))
     return {name: one for name, one in found if one is not None}
+
+
+def outputs_of_part(tables: Tables, part: str, name: str, slides: Slides, *sources: Source) -> set[str]:
+    """Return the names of the outputs of the models of a joint or link, with these sources; default: with all."""
+    known = (
+        kind.outputs_of(tables[kind.table][name], slides) for kind in _modelling(part) if name in tables[kind.table]
+    )
+    return {key for found in known for one in found if one.source in (sources or Source) for key in one.texts}
+
+
+def outputs_of_models(part: str, *sources: Source) -> dict[str, str]:
+    """Return the meanings of the outputs that models of a joint or link can have, with these sources; default: all."""
+    every = (one for kind in _modelling(part) for one in kind.outputs if one.source in (sources or Source))
+    return {key: text for one in every for key, text in one.texts.items()}
+
+
+def absent_model(part: str, name: str, output: str) -> str:
+    """Return what a joint or link lacks for an output, and the remedy; empty if no model has the output."""
+    kinds = (kind for kind in _modelling(part) if any(output in one.texts for one in kind.outputs))
+    return next((kind.absent(name) for kind in kinds), "")
+
+
+def _modelling(part: str) -> list[Element[Any]]:
+    return [kind for kind in OF_PARTS if kind.part == part]
 
 
 def pushes_of(tables: Tables) -> list[Push]:
@@ -123,11 +153,21 @@ def _records(
 ) -> Records:
     records: Records = np.zeros(len(named), kind.record)
     for record, (name, keys) in zip(records, named.items(), strict=True):
+        for field, key in kind.values.items():
+            record[field] = getattr(keys, key)
         for field, number in kind.pack(keys, places).items():
             record[field] = number
         for field, functions in kind.functions_of(keys, name).items():
             record[field] = add(functions)
     return records
+
+
+def fills_of(tables: Tables) -> Iterator[tuple[str, str, int, str]]:
+    """Yield the values that records of elements have as they are: path, table, index of the record, field."""
+    for kind in ACTING:
+        for k, name in enumerate(tables[kind.table]):
+            for field, key in kind.values.items():
+                yield f"{kind.path(name)}.{key}", kind.table, k, field
 
 
 def record_of(elements: Any, tables: Tables, table: str, name: str) -> np.record:

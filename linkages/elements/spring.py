@@ -58,9 +58,8 @@ RECORD = record_type(
 
 
 def pack(spring: Spring, places: Places) -> dict[str, Any]:
-    """Return the numbers of the record."""
-    ends = {"a": places.marker_of(spring.point), "b": places.marker_of(spring.end)}
-    return ends | {"stiffness": spring.stiffness, "free": spring.free_length, "damping": spring.damping}
+    """Return both ends."""
+    return {"a": places.marker_of(spring.point), "b": places.marker_of(spring.end)}
 
 
 @kernel
@@ -115,6 +114,7 @@ SPRING = Element(
     check=check,
     points=lambda spring: (spring.point, spring.end),
     record=RECORD,
+    values={"stiffness": "stiffness", "free": "free_length", "damping": "damping"},
     pack=pack,
     act=act,
     tell=tell,

@@ -70,10 +70,9 @@ RECORD = record_type(
 
 
 def pack(spring: TorsionSpring, places: Places) -> dict[str, Any]:
-    """Return the numbers of the record."""
+    """Return the coordinate along which it acts."""
     term, sign = places.coordinate_of(spring.joint, spring.links or ())
-    own = {"stiffness": spring.stiffness, "free": spring.free_angle, "damping": spring.damping}
-    return {"term": term, "sign": sign} | own
+    return {"term": term, "sign": sign}
 
 
 @kernel
@@ -115,6 +114,7 @@ TORSION_SPRING = Element(
     check=check,
     from_reference=lambda spring: True,
     record=RECORD,
+    values={"stiffness": "stiffness", "free": "free_angle", "damping": "damping"},
     pack=pack,
     act=act,
     tell=tell,

@@ -12,6 +12,7 @@
 | threads        | independent runs in threads                                                 |
 | cluster        | an executor on a Dask cluster                                               |
 | parcels        | what many pieces of work for other processes share                          |
+| numerics       | numbers that tune engines, batches and derivatives, with unit and effect    |
 | precompilation | plans to compile the engines' kernels on an empty cache                     |
 
 An engine is a module with ``simulate(system, progress) -> Trajectory`` and ``longest_step(system)``, the longest step

@@ -12,6 +12,7 @@ from linkages.elements.analysis import Analysis
 from linkages.engines import DEFAULT, check_engine
 from linkages.engines import engine as load_engine
 from linkages.engines.methods import expect_run
+from linkages.engines.numerics import ASSESSMENT_TIGHTER
 from linkages.engines.repetition import finer_cells, tightened
 from linkages.laws.heat import NEAR
 from linkages.results.assessment import SMOOTHINGS, Assessment
@@ -24,8 +25,6 @@ from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import check_duration, ideal_motion
 from linkages.system.rigid_segments import Segmented
-
-_TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
 
 T = TypeVar("T")
 
@@ -170,13 +169,13 @@ def assess(
 def _of_ideal(system: System, compute: Callable[[], T]) -> tuple[T | None, str]:
     """Compute something of the ideal linkage; None and the reason if only the real one can be computed.
 
-    The comparison does not decide what may run. Without clearance, loose couplings and flexible links both are the
+    The comparison does not decide what may run. Without clearance, backlash and deformation both are the
     same, and the errors too.
     """
     try:
         return compute(), ""
     except (AssemblyError, InputError) as problem:
-        if not (system.tree.play or system.tree.loose or system.tree.flexible):
+        if not system.imperfect:
             raise
         return None, (problem.problem if isinstance(problem, InputError) else str(problem)).partition(";")[0]
 
@@ -197,7 +196,7 @@ def estimate_error(assessment: Assessment, stage: Callable[[str], TimeReport]) -
     for name, factor in SMOOTHINGS.items() if files else ():
         values = {f"{path}.smoothing": factor * (table.smoothing or 1.0) for path, table in files.items()}
         resmoothed[name] = simulate(system.replaced(part | values), engine, stage(f"{name} smoothing"))
-    finer = tightened(system, assessment.run, _TIGHTER)
+    finer = tightened(system, assessment.run, ASSESSMENT_TIGHTER)
     finer = finer.replaced(part) if part else finer
     tighter = simulate(finer, engine, stage("error estimate"))
     remeshed = None

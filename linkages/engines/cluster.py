@@ -16,13 +16,10 @@ from typing import Any
 
 from linkages.base.errors import InputError, RunError, notice
 from linkages.base.packages import needed
+from linkages.engines.numerics import CLUSTER_LEAST, CLUSTER_LOOK, CLUSTER_RETRIES, CLUSTER_SAID
 from linkages.input.files.versions import determining
 
 WAIT = 60.0  #: time to wait for a scheduler and for a first worker, by default [s]
-_LOOK = 0.2  # between two looks for the scheduler's file [s]
-_LEAST = 1.0  # time that a scheduler has to answer, and a worker to appear [s]
-_SAID = 3.0  # time after which a line says what is waited for [s]
-_RETRIES = 5  # deaths of its worker that a piece of work survives
 
 
 @contextmanager
@@ -44,7 +41,7 @@ def cluster(address: str, remedy: str, wait: float = WAIT) -> Iterator[tuple[Exe
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # the error below says it in one line
         try:
             # work of equal arguments is not the same work: the keys need no digests of them
-            yield client.get_executor(retries=_RETRIES, pure=False), lambda: sum(client.nthreads().values())
+            yield client.get_executor(retries=CLUSTER_RETRIES, pure=False), lambda: sum(client.nthreads().values())
         except Exception as problem:
             if client.status == "running" and not isinstance(problem, CancelledError):
                 raise
@@ -61,7 +58,7 @@ def _client(distributed: Any, address: str, until: float) -> Any:
         _wait_for_file(address, until)
         given = {"scheduler_file": address}
     try:
-        return distributed.Client(**given, timeout=max(until - time.monotonic(), _LEAST), set_as_default=False)
+        return distributed.Client(**given, timeout=max(until - time.monotonic(), CLUSTER_LEAST), set_as_default=False)
     except (OSError, ValueError, KeyError) as problem:
         raise InputError("--cluster", address, f"no scheduler answers ({problem})") from None
 
@@ -72,20 +69,20 @@ def _wait_for_file(address: str, until: float) -> None:
         if time.monotonic() > until:
             remedy = f"start one with: dask scheduler --scheduler-file {address}; or give a longer --wait"
             raise InputError("--cluster", address, f"no scheduler has written this file; {remedy}")
-        time.sleep(_LOOK)
+        time.sleep(CLUSTER_LOOK)
 
 
 def _wait_for_worker(client: Any, address: str, until: float) -> None:
     """Wait for a first worker; RunError if there is none."""
-    left = max(until - time.monotonic(), _LEAST)
+    left = max(until - time.monotonic(), CLUSTER_LEAST)
     try:
-        client.wait_for_workers(1, timeout=min(left, _SAID))
+        client.wait_for_workers(1, timeout=min(left, CLUSTER_SAID))
         return
     except TimeoutError:
-        if left > _SAID:
+        if left > CLUSTER_SAID:
             notice(f"waiting for workers of {address}, up to {left:.0f} s")
     try:
-        client.wait_for_workers(1, timeout=max(left - _SAID, _LOOK))
+        client.wait_for_workers(1, timeout=max(left - CLUSTER_SAID, CLUSTER_LOOK))
     except TimeoutError:
         start = f"--scheduler-file {address}" if address.endswith(".json") else address
         remedy = f"start some with: dask worker {start}; or give a longer --wait"

@@ -11,8 +11,7 @@ from typing import TypeVar, cast
 from linkages.base.errors import RunError
 from linkages.base.kernel.precompiled import processors
 from linkages.base.signals import stopping
-
-_LOOK = 0.05  # interval between two calls of the observer [s]
+from linkages.engines.numerics import THREADS_LOOK
 
 T = TypeVar("T")
 
@@ -27,7 +26,7 @@ def in_threads(
     """Return work(0), ..., work(count - 1), computed in threads.
 
     The first error is raised at once, and drops pending work. The number of threads, the calling one included, is the
-    number of processors by default. `look` is called at intervals (with several threads every `_LOOK`) and at
+    number of processors by default. `look` is called at intervals (with several threads every `THREADS_LOOK`) and at
     the end; `stop` at an error or an interruption, to end running work. With `stop` the calling thread does no work, so
     that interruptions reach it. RunError if the threads cannot be started, for instance without memory for their
     stacks.
@@ -53,7 +52,7 @@ def in_threads(
         except RuntimeError as problem:  # raised by the interpreter: errors of the work are raised in `result`
             raise RunError(f"the threads of {count} runs cannot be started ({problem}): use fewer threads") from None
         while jobs:
-            done, jobs = wait(jobs, timeout=_LOOK, return_when=FIRST_EXCEPTION)
+            done, jobs = wait(jobs, timeout=THREADS_LOOK, return_when=FIRST_EXCEPTION)
             for job in done:
                 job.result()
             if look is not None:

@@ -23,6 +23,7 @@ It may import all lower folders.
 | spectra           | power spectral densities                                                                |
 | wear              | wear of joints over the service life: blocks of cycles, and jumps                       |
 | compare           | both engines on one system: differences up to the horizon                               |
+| numerics          | numbers that tune these analyses, with unit and effect                                   |
 
 A *revolution* is the period of the named drive; default: the first drive with constant speed, otherwise the first
 periodic one. Sections are taken at multiples of it, counted from t = 0, so that the drive is at its start angle in all

@@ -17,6 +17,7 @@ import numpy as np
 from linkages.base.arguments import validated, whole
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, RunError, nearest
+from linkages.explore.numerics import BEARING_SMOOTH, BEARING_THINNEST
 from linkages.input.files.writing import finite
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import FILMS
@@ -39,8 +40,6 @@ from linkages.laws.film.surface.transient import filling_time
 GRAVITY = 9.80665
 #: Cells around and along half the length of the mesh, and of the one on which the search starts.
 CELLS, COARSE = (240, 20), (72, 6)
-_SMOOTH = 1e-6  # step of differences of films in closed form, over the least thickness
-_THINNEST = 1e-3  # of the clearance: films are not solved below
 _CHART = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)  # eccentricity ratios of a chart
 
 
@@ -253,17 +252,17 @@ def bearing(
         return _operating(case, cells)
     except ArithmeticError as problem:
         raise RunError(
-            f"bearing: {problem}: the film would be thinner than {_THINNEST:g} of the clearance, or its groove lies "
-            "where the load presses; lower the load, raise speed, viscosity or length, or move the groove"
+            f"bearing: {problem}: the film would be thinner than {BEARING_THINNEST:g} of the clearance, or its groove "
+            "lies where the load presses; lower the load, raise speed, viscosity or length, or move the groove"
         ) from None
 
 
 def _operating(case: BearingCase, cells: tuple[int, int]) -> BearingPoint:
     """Find the operating point of a case; ArithmeticError if there is none."""
-    target, film, step = case.load / case.force_unit, None, _SMOOTH
+    target, film, step = case.load / case.force_unit, None, BEARING_SMOOTH
 
     def least(x: float, y: float) -> float:
-        return case.thickness(x, y).least(case.slenderness) - _THINNEST
+        return case.thickness(x, y).least(case.slenderness) - BEARING_THINNEST
 
     if FILMS[case.film].force is not None:
         force = _closed_form(case)
@@ -303,7 +302,7 @@ def checked(case: BearingCase) -> BearingCase:
         check_grooves(case.grooves, case.cavity_pressure)
     except ValueError as problem:
         raise fault("", str(problem)) from None
-    if math.hypot(*case.tilt) * 0.5 * case.length >= case.clearance * (1.0 - 2.0 * _THINNEST):
+    if math.hypot(*case.tilt) * 0.5 * case.length >= case.clearance * (1.0 - 2.0 * BEARING_THINNEST):
         most = 2.0 * case.clearance / case.length
         raise fault(
             "tilt", f"{math.hypot(*case.tilt):g}: the journal touches the bearing at {most:g} (2 c/L) and above"
@@ -323,7 +322,7 @@ def chart(case: BearingCase, progress: Callable[[float], object] | None = None) 
     rows: list[tuple[float, ...]] = []
     for k, eps in enumerate(_CHART):
         angle = rows[-1][2] if rows else 1.2
-        if case.thickness(eps, 0.0).least(case.slenderness) <= _THINNEST:
+        if case.thickness(eps, 0.0).least(case.slenderness) <= BEARING_THINNEST:
             break
         solver = _Solver(case, (eps * math.cos(angle), eps * math.sin(angle)), COARSE)
         for _ in range(25):  # turn the place until the force is opposite to x

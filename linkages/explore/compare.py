@@ -22,6 +22,7 @@ from linkages.base.errors import Status, TimeOverError
 from linkages.elements.analysis import Analysis
 from linkages.engines import ENGINES, check_engine
 from linkages.engines.assessment import simulate
+from linkages.explore.numerics import COMPARE_FEWEST, COMPARE_IMPACTS
 from linkages.results.assessment import touching
 from linkages.results.divergence import dense, horizon
 from linkages.results.impacts import Impact, impacts
@@ -32,8 +33,6 @@ from linkages.results.warnings import warnings_of_run
 from linkages.system import System
 from linkages.system.rigid_segments import segmented
 
-_IMPACTS = 2  # number of individually compared contacts of each joint
-_FEWEST = 20  # steps, or parts of them, that a stage makes in any case: one sample cannot be compared
 _RUN, _LOOSER, _HORIZON = 0.5, 0.85, 0.95  # parts of the limit of time after which these stages end
 
 
@@ -155,7 +154,7 @@ def compare(
     system.check_analysis(Analysis.DRAKE)
     told = progress or (lambda name: lambda time: None)
     stages = _Stages(told, clock.monotonic(), np.inf if limit is None else limit)
-    model = segmented(system) if system.tree.flexible else system
+    model = segmented(system)
     runs, horizons = {}, {}
     for engine in ("compiled", "drake"):
         runs[engine] = stages.run(engine, model, engine, _RUN)
@@ -164,7 +163,7 @@ def compare(
             other = stages.run(f"{engine}, looser", looser(model), engine, _LOOSER, horizons[engine])
             horizons[engine] = stages.horizon(f"{engine}, horizon", runs[engine], other, system)
     until, every = min(horizons.values()), names(system)
-    whole = stages.run("flexible links", system, "compiled", 1.0, until) if model is not system else None
+    whole = stages.run("without segments", system, "compiled", 1.0, until) if model is not system else None
     told("differences")
     sound = {engine: Soundness.of_run(system, run) for engine, run in runs.items()}
     none = frozenset().union(*(one.meaningless(every) for one in sound.values())).intersection(every)
@@ -216,7 +215,7 @@ class _Stage:
     def __call__(self, time: float) -> None:
         self.reached, self._calls = time, self._calls + 1
         self._tell(time)
-        self.late = clock.monotonic() > self._end and self._calls > _FEWEST
+        self.late = clock.monotonic() > self._end and self._calls > COMPARE_FEWEST
         if self.late or time > self._until:
             raise TimeOverError
 
@@ -261,5 +260,5 @@ def _contacts(ours: Sequence[Impact], others: Sequence[Impact], until: float) ->
     for joint in dict.fromkeys(impact.joint for impact in ours):
         pairs = zip(*([impact for impact in found if impact.joint == joint] for found in (ours, others)), strict=False)
         ended = [pair for pair in pairs if all(row.start + row.duration < until for row in pair)]
-        result += ended[:_IMPACTS]
+        result += ended[:COMPARE_IMPACTS]
     return sorted(result, key=lambda pair: pair[0].start)

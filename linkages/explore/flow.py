@@ -12,6 +12,7 @@ from linkages.base.errors import InputError, RunError, Status, nearest
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
+from linkages.explore.numerics import FLOW_LOOKS, FLOW_MOST
 from linkages.mechanics.integrate.driver import DONE, PAUSED, Record
 from linkages.mechanics.planar.contact_memory import record_memory, recorded
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
@@ -20,9 +21,6 @@ from linkages.results.steady_state import drive_period
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
-
-_MOST = 20_000  # steps of a part of a run
-_LOOKS = 7  # attempts to find the period of a formula, each over twice the duration
 
 
 class Flow:
@@ -44,9 +42,9 @@ class Flow:
 
     def advance(self, until: float) -> Steps:
         """Continue up to a time, or until the run fails; return the steps."""
-        parts = [self._take(_MOST, until)]
+        parts = [self._take(FLOW_MOST, until)]
         while parts[-1].status == PAUSED:
-            parts.append(self._take(_MOST, until))
+            parts.append(self._take(FLOW_MOST, until))
         return join(parts)
 
     def reach(self, until: float) -> Steps:
@@ -129,7 +127,7 @@ def period_of(system: System, drive: str | None = None) -> float:
     if drive is not None and drive not in moving:
         raise InputError("argument", "drive", f'"{drive}" has no prescribed motion; {nearest(drive, moving)}')
     for name in sorted(moving, key=lambda name: moving[name].varies) if drive is None else [drive]:
-        looks = _LOOKS if moving[name].formula is not None else 1
+        looks = FLOW_LOOKS if moving[name].formula is not None else 1
         for k in range(looks):
             if (period := drive_period(system, name, system.settings.duration * 2.0**k)) is not None:
                 return period

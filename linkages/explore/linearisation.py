@@ -23,14 +23,12 @@ from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, nearest
 from linkages.explore.local_coordinates import LocalCoordinates
+from linkages.explore.numerics import LINEARISATION_LEAST, LINEARISATION_STEP
 from linkages.explore.operating_point import LinearisationPoint, Observed, at_rest
 from linkages.results.outputs.registry import pack, unit
 from linkages.system import System
 from linkages.system.linear_systems import disturbed
 from linkages.system.linear_systems import inputs as inputs_of
-
-_STEP = 2e-3  # largest step of the differences over the scale of a state; two halvings follow
-_LEAST = 1e-9  # least acceleration by a unit input, over the usual one, that limits the input's step
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,7 +169,7 @@ def _by_state(point: LinearisationPoint, local: LocalCoordinates, names: tuple[s
         def moved(size: float, way: Array = way) -> Array:
             return point.observe(point.y + size * way, names).outputs
 
-        columns_of.append(extrapolated(moved, _STEP * point.scale[entry]))
+        columns_of.append(extrapolated(moved, LINEARISATION_STEP * point.scale[entry]))
     return _joined(columns_of, len(names), point.scale[local.entries])
 
 
@@ -190,8 +188,8 @@ def _by_inputs(
 
         change = added(1.0).accelerations - rest
         B[m : 2 * m, k] = change[local.entries[:m]]
-        steps.append(1.0 / max(np.max(np.abs(change) / usual), _LEAST))
-        found.append(extrapolated(lambda value: added(value).outputs, _STEP * steps[k]))
+        steps.append(1.0 / max(np.max(np.abs(change) / usual), LINEARISATION_LEAST))
+        found.append(extrapolated(lambda value: added(value).outputs, LINEARISATION_STEP * steps[k]))
     return B, *_joined(found, len(names), np.array(steps))
 
 

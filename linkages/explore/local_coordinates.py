@@ -14,9 +14,8 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.kernel import Indices
 from linkages.engines.compiled.run.linear import Closure
+from linkages.explore.numerics import LOCAL_COORDINATES_PREFERRED
 from linkages.system import System
-
-_PREFERRED = 1e-3  # weight in the choice of dependent coordinates of those with a drive: they stay independent
 
 
 @dataclass(frozen=True)
@@ -72,6 +71,6 @@ def _independent(system: System, closure: Closure) -> Indices:
     from scipy.linalg import qr  # SciPy's import takes long
 
     tree = system.tree
-    weight = np.where(np.isin(tree.free_dofs, tree.powered_dofs), _PREFERRED, 1.0)
+    weight = np.where(np.isin(tree.free_dofs, tree.powered_dofs), LOCAL_COORDINATES_PREFERRED, 1.0)
     order = qr(closure.rows * weight, mode="r", pivoting=True)[1]
     return np.sort(order[closure.rank :])

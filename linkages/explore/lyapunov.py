@@ -17,10 +17,8 @@ from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError
 from linkages.elements.analysis import Analysis
 from linkages.explore.flow import Flow, lasting, period_of
+from linkages.explore.numerics import LYAPUNOV_ACCURACY, LYAPUNOV_BLOCKS
 from linkages.system import System
-
-_ACCURACY = 1e-4  # accuracy of the two trajectories over their distance
-_BLOCKS = 10  # number of blocks of revolutions for the standard error
 
 
 @dataclass(frozen=True, repr=False)
@@ -55,7 +53,7 @@ class Exponent(Brief):
     @property
     def error(self) -> float:
         """Return the standard error of the mean, from ten nearly independent blocks of revolutions [1/s]."""
-        blocks = [block.mean() for block in np.array_split(self.growth, min(_BLOCKS, len(self.growth)))]
+        blocks = [block.mean() for block in np.array_split(self.growth, min(LYAPUNOV_BLOCKS, len(self.growth)))]
         return float(np.std(blocks, ddof=1) / np.sqrt(len(blocks))) if len(blocks) > 1 else float("nan")
 
     @property
@@ -117,7 +115,7 @@ def largest_exponent(
     period = period_of(system, drive)
     if not distance > 0.0:
         raise InputError("argument", "distance", f"is {distance:g}; it must be above zero")
-    accuracy = min(system.settings.accuracy, _ACCURACY * distance)
+    accuracy = min(system.settings.accuracy, LYAPUNOV_ACCURACY * distance)
     total = transient + revolutions
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})
     first, second = Flow(tight), Flow(tight)

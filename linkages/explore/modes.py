@@ -18,20 +18,15 @@ import numpy as np
 from linkages.base.arguments import validated
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
+from linkages.elements.flexible.substructure import Substructure
 from linkages.engines.compiled.run.linear import linearised
 from linkages.engines.compiled.run.runner import Runner
+from linkages.explore.numerics import MODES_AT_REST, MODES_SAMPLES, MODES_SPARE, MODES_SYMMETRIC, MODES_ZERO
 from linkages.mechanics.flexible.modes import ModesAt, track
 from linkages.mechanics.planar.bodies import ELASTIC, STIFFNESS, make_motion
 from linkages.mechanics.planar.kinematics import body_velocities, poses_at
 from linkages.system import System
-from linkages.system.flexible_link import FlexibleLink
 from linkages.system.linear_systems import StaticSystem, static_systems
-
-_ZERO = 1e-13  # relative to the largest eigenvalue: a smaller one belongs to a free motion
-_SYMMETRIC = 1e-6  # relative asymmetry below which the stiffness matrix counts as symmetric
-_AT_REST = 1e-6  # distance from equilibrium over the linkage's extent that counts as rest
-_SPARE = 4  # additional modes for crossings
-_SAMPLES = 25  # number of samples of a flexible link, or of a substructure
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +78,11 @@ class Modes:
         """Return each flexible link's share of the total strain energy in each mode (m,)."""
         tree, full = self.system.tree, self.full()
         energy = {}
-        for name, substructures in tree.flexible.items():
+        for name, substructures in tree.deformable.items():
             energy[name] = np.zeros(full.shape[1])
             for part in substructures:
                 body = tree.index[part.name]
-                eta = int(tree.bodies.records[body]["eta"]) + np.arange(len(part.modes.names))
+                eta = int(tree.bodies.records[body]["eta"]) + np.arange(part.size)
                 stiffness = tree.bodies.shapes[body, ELASTIC, : len(eta), STIFFNESS]
                 energy[name] += 0.5 * stiffness @ full[eta] ** 2
         total = sum(energy.values(), np.zeros(full.shape[1]))
@@ -139,7 +134,7 @@ def modes_over(
 
     def at(pose: StaticSystem) -> ModesAt:
         found = _modes(pose)
-        kept = slice(0, count + _SPARE)
+        kept = slice(0, count + MODES_SPARE)
         return ModesAt(pose.time, found.frequencies[kept], found.shapes[:, kept], found.mass)
 
     def found() -> Iterator[ModesAt]:
@@ -160,7 +155,7 @@ def _modes(pose: StaticSystem) -> Modes:
     inverse = np.linalg.inv(np.linalg.cholesky(matrices.mass))
     standard = inverse @ matrices.stiffness @ inverse.T
     size, twist = np.abs(standard).max(), np.abs(standard - standard.T).max()
-    conservative = bool(twist <= _SYMMETRIC * size)
+    conservative = bool(twist <= MODES_SYMMETRIC * size)
     if conservative:
         squares, found = np.linalg.eigh(0.5 * (standard + standard.T))
     else:
@@ -168,15 +163,15 @@ def _modes(pose: StaticSystem) -> Modes:
         order = np.argsort(values.real)
         squares, found = values.real[order], vectors.real[:, order]
         found /= np.linalg.norm(found, axis=0)
-    squares = np.where(np.abs(squares) <= _ZERO * np.abs(squares).max(), 0.0, squares)
+    squares = np.where(np.abs(squares) <= MODES_ZERO * np.abs(squares).max(), 0.0, squares)
     reduced = inverse.T @ found
     swinging = squares > 0.0
     rates = np.sqrt(np.where(swinging, squares, np.nan))
     ratios = 0.5 * np.einsum("im,ij,jm->m", reduced, matrices.damping, reduced) / rates
     pull = np.linalg.inv(reduced) @ matrices.acceleration
     away = np.abs(matrices.ways @ reduced[:, swinging]) * np.abs(pull[swinging] / squares[swinging])
-    drifts = np.abs(pull[~swinging]).max(initial=0.0) > _AT_REST * np.abs(pull).max(initial=1.0)
-    at_rest = bool(away.max(initial=0.0) <= _AT_REST * max(pose.tree.extent, 1.0)) and not drifts
+    drifts = np.abs(pull[~swinging]).max(initial=0.0) > MODES_AT_REST * np.abs(pull).max(initial=1.0)
+    at_rest = bool(away.max(initial=0.0) <= MODES_AT_REST * max(pose.tree.extent, 1.0)) and not drifts
     return Modes(pose, squares, ratios, matrices.ways @ reduced, matrices.masses, conservative, at_rest)
 
 
@@ -225,8 +220,9 @@ class ModeShapes:
         tree = self._system.tree
         for link in tree.links.values():
             shape = tree.skeleton(link.name)
-            if link.name in tree.flexible:
-                yield from (self._beam(link.name, shape.color, part) for part in tree.flexible[link.name])
+            if link.name in tree.deformable:
+                bodies = (body for body in tree.deformable[link.name] if isinstance(body, Substructure))
+                yield from (self._beam(link.name, shape.color, body) for body in bodies)
                 continue
             body = tree.index[link.name]
             arms = _turned(self._pose[body, 2], shape.places - tree.drawn[body])
@@ -234,11 +230,11 @@ class ModeShapes:
             for bar in shape.bars or ((0, 0),):
                 yield ModeLine(link.name, shape.color, places[list(bar)], ways[:, list(bar)])
 
-    def _beam(self, link: str, color: str, part: FlexibleLink) -> ModeLine:
+    def _beam(self, link: str, color: str, part: Substructure) -> ModeLine:
         tree, body = self._system.tree, self._system.tree.index[part.name]
-        s = np.linspace(*part.ends, _SAMPLES)
+        s = np.linspace(*part.ends, MODES_SAMPLES)
         along, across = part.modes.shapes(s)
-        eta = int(tree.bodies.records[body]["eta"]) + np.arange(len(part.modes.names))
+        eta = int(tree.bodies.records[body]["eta"]) + np.arange(part.size)
         angle, still = self._pose[body, 2] + np.arctan2(*part.direction[::-1]), self._system.assembly.q[eta]
         arms = _turned(angle, np.column_stack([s + along @ still, across @ still]))
         own = np.stack([self._changes[eta].T @ along.T, self._changes[eta].T @ across.T], axis=-1)

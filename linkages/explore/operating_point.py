@@ -17,15 +17,16 @@ from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
 from linkages.explore.flow import Flow, expect_valid
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
+from linkages.explore.numerics import (
+    OPERATING_POINT_AT_REST,
+    OPERATING_POINT_FLAT,
+    OPERATING_POINT_LONGEST,
+    OPERATING_POINT_ROUNDS,
+    OPERATING_POINT_SAME,
+)
 from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.outputs.columns import columns
 from linkages.system import System
-
-_AT_REST = 1e-9  # rate of a state over its scale and the largest pole, below which the state is an equilibrium
-_ROUNDS = 100  # iterations for an equilibrium
-_LONGEST = 0.2  # longest step of them, over the linkage's length
-_SAME = 1e-15  # step over the linkage's length, at which they end
-_FLAT = 1e-30  # least eigenvalue of the slope [1/s2], so that steps stay finite
 
 
 class Observed(NamedTuple):
@@ -58,7 +59,7 @@ class LinearisationPoint:
         n = len(self.runner.model.free)
         if n == self.runner.model.elimination.rank:
             raise InputError(
-                system.description.source, "drives", "hold all joints, and no link is flexible: nothing can move"
+                system.description.source, "drives", "hold all joints, and no link deforms: nothing can move"
             )
         self.y = self.runner.start.copy()
         if time > 0.0:
@@ -116,25 +117,27 @@ class LinearisationPoint:
         """Iterate on the accelerations of the independent coordinates at rest; return whether they vanish."""
         n = len(self.runner.model.free)
         self.y[n:] = 0.0
-        for _ in range(_ROUNDS):
+        for _ in range(OPERATING_POINT_ROUNDS):
             a, local, rates = self.matrix()
             m = sum(name.startswith("q.") for name in local.names)
             step = step_of(a[m : 2 * m, :m], rates[m : 2 * m])
             if not np.isfinite(step).all():  # a journal left its film
                 return False
             part = np.abs(step / self.large[local.entries[:m]]).max()
-            step *= min(1.0, _LONGEST / part) if part > 0.0 else 1.0
+            step *= min(1.0, OPERATING_POINT_LONGEST / part) if part > 0.0 else 1.0
             moved = self.y + local.tangent[:, :m] @ step
             moved[n:] = 0.0
             self.y = self.observe(moved).y
-            if part <= _SAME:
+            if part <= OPERATING_POINT_SAME:
                 break
         return at_rest(a, rates, self.scale[local.entries])
 
 
 def at_rest(a: Array, rates: Array, scale: Array) -> bool:
     """Check whether the rates of the states vanish, relative to their scale and the largest pole."""
-    return bool(np.all(np.abs(rates) <= _AT_REST * scale * max(np.abs(np.linalg.eigvals(a)).max(), 1e-300)))
+    return bool(
+        np.all(np.abs(rates) <= OPERATING_POINT_AT_REST * scale * max(np.abs(np.linalg.eigvals(a)).max(), 1e-300))
+    )
 
 
 def newton_step(slope: Array, acceleration: Array) -> Array:
@@ -147,4 +150,4 @@ def falling_step(slope: Array, acceleration: Array) -> Array:
     values, vectors = np.linalg.eig(slope)
     parts = np.linalg.solve(vectors, acceleration)
     with np.errstate(invalid="ignore", over="ignore"):
-        return (vectors @ (parts / np.maximum(np.abs(values), _FLAT))).real
+        return (vectors @ (parts / np.maximum(np.abs(values), OPERATING_POINT_FLAT))).real

@@ -17,6 +17,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import Status, listed
 from linkages.engines.compiled.batch.batch import Batch
 from linkages.engines.compiled.derivatives.neighbours import magnitude_of
+from linkages.explore.numerics import PREDICTION_DEPARTS, PREDICTION_FELT, PREDICTION_TOGETHER
 from linkages.results.shape import RunWarning
 from linkages.results.validity import warning
 from linkages.system import System
@@ -29,9 +30,6 @@ STATED = 0.01
 STEPS = np.array([1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6])
 #: Why a derivative predicts less.
 WHY = "the motion is sensitive to its start, or another maximum becomes the peak"
-_DEPARTS = 0.1  # largest departure of a run from the straight line, in parts of the predicted change
-_TOGETHER = 3  # steps, one after the other, at which the runs follow the line: at one they may by chance
-_FELT = 0.01  # change of a number over the one of a value, both in parts of themselves, below which it counts as none
 _TIGHTER, _LEAST = 1e-3, 1e-13  # accuracy of runs at small steps over the usual one, and its least value
 _SIGNS = np.array([1.0, -1.0])
 
@@ -60,10 +58,10 @@ def reaches(values: Mapping[str, float], rates: Array, scales: Array, numbers: C
     nominal, known = np.array([*values.values()]), ~np.isnan(rates)
     sizes = np.array([magnitude_of(path, value) for path, value in values.items()])
     follows = np.zeros((len(STEPS), *rates.shape), dtype=bool)
-    largest, others = slice(_TOGETHER), slice(_TOGETHER, len(STEPS))
+    largest, others = slice(PREDICTION_TOGETHER), slice(PREDICTION_TOGETHER, len(STEPS))
     # without the errors of the runs, and with smaller steps, only for the values that need them
     for tight, part in ((False, largest), (True, largest), (True, others)):
-        left = np.flatnonzero((known & ~follows[:_TOGETHER].all(axis=0)).any(axis=1))
+        left = np.flatnonzero((known & ~follows[:PREDICTION_TOGETHER].all(axis=0)).any(axis=1))
         if not len(left):
             break
         moves = STEPS[part, None, None, None] * (sizes * np.eye(len(sizes)))[left] * _SIGNS[:, None, None]
@@ -77,15 +75,17 @@ def reaches(values: Mapping[str, float], rates: Array, scales: Array, numbers: C
 def _follow(changes: Array, moves: Array, sizes: Array, rates: Array, scales: Array) -> Flags:
     """Whether numbers follow the straight line (steps, values, nk), by their changes (steps, signs, values, nk)."""
     line = moves[..., None] * rates
-    least = _FELT * np.abs(moves / sizes)[..., None] * scales
-    near = np.abs(changes - line) <= _DEPARTS * np.maximum(np.abs(line), least)
+    least = PREDICTION_FELT * np.abs(moves / sizes)[..., None] * scales
+    near = np.abs(changes - line) <= PREDICTION_DEPARTS * np.maximum(np.abs(line), least)
     allowed = ~np.isinf(changes)
     return np.asarray((near | ~allowed).all(axis=1) & allowed.any(axis=1))
 
 
 def _longest(follows: Flags) -> Array:
     """Return the largest of `STEPS` at which, and at the next two, numbers follow the line; 0 without one."""
-    together = np.stack([follows[k : len(STEPS) - _TOGETHER + 1 + k] for k in range(_TOGETHER)]).all(axis=0)
+    together = np.stack(
+        [follows[k : len(STEPS) - PREDICTION_TOGETHER + 1 + k] for k in range(PREDICTION_TOGETHER)]
+    ).all(axis=0)
     return np.where(together.any(axis=0), STEPS[together.argmax(axis=0)], 0.0)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, Status
+from linkages.explore.numerics import RANGE_OF_MOTION_BESIDE
 from linkages.explore.transmission import DrivenMotion, Transmission, transmissions
 from linkages.input.model.experiment import nothing_done
 from linkages.input.model.mechanism import Mechanism
@@ -18,8 +19,6 @@ from linkages.mechanics.planar.kinematics import state_tables
 from linkages.system import System
 from linkages.system.assembly import independent
 from linkages.system.ideal_motion import IdealMotion
-
-_BESIDE = 1e-6  # distance from a dead point within which rates do not count, in parts of the search
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ def travel(system: System, drive: str) -> Travel:
     counts = np.ones(len(values), dtype=bool)
     for end, status in zip(values[[0, -1]], ends, strict=True):
         if status is Status.LOCKED:  # rates near a dead point are unbounded, and mere rounding next to it
-            counts &= np.abs(values - end) > _BESIDE * reach
+            counts &= np.abs(values - end) > RANGE_OF_MOTION_BESIDE * reach
     counts[-1] &= not full  # the end of a revolution is its start
     return Travel(
         drive, values, pose, full, ends, *transmissions(system, DrivenMotion(values, pose, vel, full, counts))

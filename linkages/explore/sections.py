@@ -16,16 +16,13 @@ from linkages.engines.compiled.batch.runs import Runs
 from linkages.engines.compiled.batch.statistics import STATISTICS
 from linkages.explore.compare import looser
 from linkages.explore.flow import Flow, lasting, period_of
+from linkages.explore.numerics import SECTIONS_AT_ONCE, SECTIONS_HALVINGS, SECTIONS_LOOKS
 from linkages.results.divergence import PARTED, configuration, dense
 from linkages.results.extremes import extremes
 from linkages.results.outputs.columns import Columns
 from linkages.results.outputs.registry import pack
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-
-_HALVINGS = 60
-_LOOKS = 200  # comparisons of two runs per revolution
-_AT_ONCE = 40  # most comparisons at once
 
 
 @dataclass(frozen=True, repr=False)
@@ -229,7 +226,7 @@ def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = Tru
     above = sign * (run[name] - level) > 0.0
     steps = np.flatnonzero(~above[:-1] & above[1:] & (run.time[:-1] >= start))
     left, right = run.time[steps].copy(), run.time[steps + 1].copy()
-    for _ in range(_HALVINGS):
+    for _ in range(SECTIONS_HALVINGS):
         middle = 0.5 * (left + right)
         if not np.any((left < middle) & (middle < right)):
             break
@@ -274,12 +271,12 @@ def horizon(system: System, most: float, drive: str | None = None) -> float:
     flows = Flow(fine), Flow(looser(fine))
     names = [f"{label}.{axis}" for _, label in system.tree.contacts for axis in ("ex", "ey")]
     names += [] if system.determinate else [f"q.{name}" for name in system.tree.coordinates]
-    last = int(most * _LOOKS)
-    for first in range(0, last, _AT_ONCE):
-        looks = np.arange(first, min(first + _AT_ONCE, last)) + 1
-        times = looks * period / _LOOKS
+    last = int(most * SECTIONS_LOOKS)
+    for first in range(0, last, SECTIONS_AT_ONCE):
+        looks = np.arange(first, min(first + SECTIONS_AT_ONCE, last)) + 1
+        times = looks * period / SECTIONS_LOOKS
         one, other = (configuration(system, {"time": times, **flow.follow(times, names)}) for flow in flows)
         together = np.all(np.abs(one - other) <= PARTED, axis=1)
         if not together.all():
-            return float(looks[np.argmin(together)] - 1) / _LOOKS
+            return float(looks[np.argmin(together)] - 1) / SECTIONS_LOOKS
     return float(most)

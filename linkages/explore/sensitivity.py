@@ -18,6 +18,13 @@ from linkages.engines.compiled.batch.batch import run_batch
 from linkages.engines.compiled.derivatives.neighbours import magnitude_of
 from linkages.engines.compiled.effects import check_varied, near
 from linkages.engines.repetition import tightened
+from linkages.explore.numerics import (
+    SENSITIVITY_CHECK,
+    SENSITIVITY_NEAR,
+    SENSITIVITY_ROUNDING,
+    SENSITIVITY_SAFETY,
+    SENSITIVITY_SHARED,
+)
 from linkages.explore.prediction import STATED, finer, numbers_of, reaches, warnings_of
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs
@@ -31,14 +38,9 @@ from linkages.system import System
 # the run has that accuracy already. Ten times is too little elsewhere: near kinks and with interpolated films both runs
 # share a part of their errors.
 _TIGHTER, _LEAST, _LITTLE = 1e-3, 1e-13, 0.1
-_SAFETY = 1.5  # factor on the change, because the tighter run has an error too
-_SHARED = 1e-6  # error that both runs share, in parts of a derivative: of differences of laws, of the times of peaks
-_ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number over the value's magnitude
-_NEAR = 1e-3  # relative distance of two maxima whose order may change
 _STATISTICS = ("peak", "mean", "rms")
 #: Accuracy of runs whose derivatives err by less than 1 %, measured with the press (4 % at 1e-7).
 NEEDED = 1e-9
-_CHECK = 1e-3  # step of the differences that check derivatives, in parts of the value, or of its unit if it is zero
 
 
 @dataclass(frozen=True, repr=False)
@@ -205,16 +207,16 @@ def _errors(found: _Differentiated, finer: _Differentiated, path: str, value: fl
     errors: dict[str, float | None] = dict.fromkeys(found.numbers)
     for key, rate in found.derivatives[path].items():
         if rate is not None and (other := finer.derivatives[path][key]) is not None:
-            rounding = _ROUNDING * abs(found.numbers[key]) / magnitude_of(path, value)
+            rounding = SENSITIVITY_ROUNDING * abs(found.numbers[key]) / magnitude_of(path, value)
             change = abs(rate - other) + found.quadrature[path][key]
-            errors[key] = max(_SAFETY * change, rounding, _SHARED * abs(rate))
+            errors[key] = max(SENSITIVITY_SAFETY * change, rounding, SENSITIVITY_SHARED * abs(rate))
     return errors
 
 
 def _differences(system: System, path: str, names: Sequence[str], span: tuple[float, float]) -> dict[str, float]:
     """Differences of the fourth order of the peaks of runs, by key; NaN where a run fails."""
     value = system.value(path)
-    step = _CHECK * magnitude_of(path, value)
+    step = SENSITIVITY_CHECK * magnitude_of(path, value)
     batch = run_batch(system, [path], [[value + k * step] for k in (-2, -1, 1, 2)], names, [span])
     slopes = np.array([1 / 12, -2 / 3, 2 / 3, -1 / 12]) @ batch.peak[:, 0] / step
     return {f"{name}.peak": float(slope) for name, slope in zip(names, slopes, strict=True)}
@@ -283,7 +285,7 @@ def _mark(run: Trajectory, name: str, peak: Found) -> str | None:
     inner = values[1:-1]
     tops = np.flatnonzero((inner >= values[:-2]) & (inner > values[2:])) + 1
     away = tops[np.abs(tops - k) > 2]
-    if len(away) and values[away].max() > (1.0 - _NEAR) * peak.number:
+    if len(away) and values[away].max() > (1.0 - SENSITIVITY_NEAR) * peak.number:
         other = times[away[np.argmax(values[away])]]
         return f"is as high as another one at t = {other:.6g} s: beyond a small change of the values that one counts"
     return None

@@ -22,11 +22,10 @@ from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
 from linkages.elements.coordinates import Coupled
+from linkages.explore.numerics import TRANSMISSION_STILL
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.mechanics.integrate.peak_search import parabola_top
 from linkages.system import System
-
-_STILL = 1e-6  # relative to the fastest body, or to the size: slower points and shorter lines have no direction
 
 
 @dataclass(frozen=True)
@@ -173,7 +172,7 @@ def _line(system: System, link: str, outer: Joint, inner: Joint, motion: DrivenM
         return np.column_stack([-(sine * x + cosine * y), cosine * x - sine * y])
     at = [_followed(system, joint.child, joint.on_child, motion)[0] for joint in (outer, inner)]
     line = at[1] - at[0]
-    line[np.linalg.norm(line, axis=1) < _STILL * system.tree.extent] = 0.0
+    line[np.linalg.norm(line, axis=1) < TRANSMISSION_STILL * system.tree.extent] = 0.0
     return line
 
 
@@ -181,7 +180,7 @@ def _dead_centres(system: System, joint: Joint, motion: DrivenMotion) -> tuple[f
     """Find the drive values at which a joint reverses on its path."""
     rate = _followed(system, joint.child, joint.on_child, motion)[1]
     fastest = np.abs(motion.vel[:, :, 1:]).max(axis=(1, 2))
-    moves = motion.counts & (np.linalg.norm(rate, axis=1) > _STILL * fastest)
+    moves = motion.counts & (np.linalg.norm(rate, axis=1) > TRANSMISSION_STILL * fastest)
     values, rate = motion.values[moves], rate[moves]
     if motion.full and moves.any():
         values, rate = np.append(values, values[0] + 2.0 * np.pi), np.append(rate, rate[:1], axis=0)

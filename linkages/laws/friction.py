@@ -24,7 +24,7 @@ import numpy as np
 from numba import types
 
 from linkages.base.kernel import address, caller, inlined_kernel, kernel
-from linkages.laws.parameters import Parameter, named_record, set_parameters
+from linkages.laws.parameters import Parameter, named_record, set_numbers, slots
 from linkages.laws.states import (
     NEW,
     STATES,
@@ -169,13 +169,17 @@ class FrictionLaw(NamedTuple):
             return address(self.coefficient, _F(_F, record))
         return address(friction_with_states(self.coefficient, len(self.states)), WITH_RATES(_F, *STATES * [_F], record))
 
+    def own(self, values: Mapping[str, Any]) -> dict[str, str]:
+        """Return the keys whose values the record has as they are, by its fields."""
+        given = [key for key in ("static", "coefficient") if values.get(key)]
+        own = ({"mu_d": "coefficient"} if "coefficient" in given else {}) | ({"mu_s": given[0]} if given else {})
+        return slots("friction", self.parameters) | own
+
     def fill(self, record: Any, values: Mapping[str, Any]) -> None:
         """Write the law into a record of `linkages.laws.PARAMETERS`, from the keys of the experiment's table."""
         record["friction"] = self.address
-        record["mu_d"] = values.get("coefficient") or 0.0
-        record["mu_s"] = values.get("static") or record["mu_d"]
         set_scales(record, "friction", self.states, values)
-        set_parameters(record, "friction", self.parameters, values)
+        set_numbers(record, self.own(values), values)
 
 
 def _both(parameters: Mapping[str, float]) -> tuple[float, ...]:

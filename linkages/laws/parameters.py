@@ -161,7 +161,12 @@ def named_record(kind: str, parameters: tuple[Parameter, ...], needs: tuple[str,
     return from_dtype(np.dtype((np.record, layout)))
 
 
-def set_parameters(record: Any, kind: str, parameters: Sequence[Parameter], values: Mapping[str, float]) -> None:
-    """Write the values of a law's parameters, by name, into their slots of a record."""
-    for slot, parameter in enumerate(parameters):
-        record[f"{kind}_{slot}"] = values[parameter.name]
+def slots(kind: str, parameters: Sequence[Parameter]) -> dict[str, str]:
+    """Return the names of a law's parameters by the fields of a record that hold them."""
+    return {f"{kind}_{slot}": parameter.name for slot, parameter in enumerate(parameters)}
+
+
+def set_numbers(record: Any, own: Mapping[str, str], values: Mapping[str, float]) -> None:
+    """Write values, by name, into the fields of a record that they fill as they are."""
+    for field, name in own.items():
+        record[field] = values[name]

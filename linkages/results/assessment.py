@@ -106,7 +106,7 @@ class Assessment(Brief):
         phase of free motions and of vibrating links drifts by errors of the run: their cycles are not alike.
         """
         motion, system = self.motion, self.system
-        if motion.cycle is None or motion.since is None or not system.determinate or system.flexible:
+        if motion.cycle is None or motion.since is None or not system.determinate or system.tree.deformable:
             return None
         start, end = motion.cycle
         lasts = numerics.ASSESSMENT_CYCLES * (end - start)
@@ -159,7 +159,7 @@ class Assessment(Brief):
 
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:
-        """Return the time ranges with separate results, by name [s]; docs/outputs.md lists them."""
+        """Return the time ranges with separate results, by name [s]; docs/summary_json.md lists them."""
         settings, end = self.system.settings, float(self.run.time[-1])
         asked = {**settings.windows}
         if settings.report_from is not None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from linkages.elements.machine import OF_ELEMENTS
+from linkages.elements.machine import OF_ELEMENTS, OF_PARTS, all_elements_of
 from linkages.results import shape
 from linkages.results.extremes import Extremes, Peak, averages, extremes, integral, peaks
 from linkages.results.impacts import Impact
@@ -17,19 +17,17 @@ from linkages.results.shape import Numbers
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
-_LINK = ("deflection", "bending", "stress")  # quantities of a flexible link whose peaks are in ``links``
-
 
 def numbers(
     system: System, trajectory: Trajectory, meaningless: Collection[str], touches: Sequence[Impact] = ()
 ) -> Numbers:
-    """Collect outputs, joints, drives, loads (including stops and contacts) and flexible links; None if meaningless.
+    """Collect outputs, joints, drives, loads (including stops and contacts) and deformable links; None if meaningless.
 
     Contacts that begin in the time range are counted; of their durations only the part within it.
     """
     part = _Part.of(system, trajectory, meaningless, touches)
     loads = {name: part.load(name, effort_of(system, table, name)) for table, name in system.acting}
-    links = {name: part.link(name) for name in system.flexible if f"{name}.stress" in part.columns}
+    links = {name: part.link(name) for name, own in peaks_of_models(system, "link") if set(own) <= {*part.columns}}
     own: dict[str, Any] = ({"loads": loads} if loads else {}) | ({"links": links} if links else {})
     return Numbers(
         outputs={name: part.range(name) for name in system.settings.outputs},
@@ -110,7 +108,7 @@ class _Part:
         return shape.Load(**self._effort(name, quantity), **(self._contacts(name) if backlash else {}))
 
     def link(self, name: str) -> shape.Link:
-        """Collect the numbers of a flexible link."""
+        """Collect the numbers of a deformable link."""
         return shape.Link(
             deflection=self._placed(f"{name}.deflection"),
             bending=self.peak(f"{name}.bending"),
@@ -150,7 +148,7 @@ class _Part:
 
 
 def peak_columns(system: System) -> list[str]:
-    """Name the columns of joints, drives, loads and flexible links whose peaks are in a summary.
+    """Name the columns of joints, drives, loads and deformable links whose peaks are in a summary.
 
     A run lacks the columns of other models.
     """
@@ -159,8 +157,16 @@ def peak_columns(system: System) -> list[str]:
         *(f"{name}.{quantity}" for name in system.play for quantity in ("eccentricity_ratio", "tilting_moment")),
         *(f"{name}.torque" for name in system.drives),
         *(f"{name}.{effort_of(system, table, name)}" for table, name in system.acting),
-        *(f"{name}.{quantity}" for name in system.flexible for quantity in _LINK),
+        *(column for _, own in peaks_of_models(system, "link") for column in own),
     ]
+
+
+def peaks_of_models(system: System, part: str) -> Iterator[tuple[str, list[str]]]:
+    """Yield the joints or links that models give outputs, with the columns whose peaks are in a summary."""
+    for kind, name, keys in all_elements_of(system.parts, OF_PARTS):
+        found = kind.outputs_of(keys, system.slides) if kind.part == part else ()
+        if own := [f"{name}.{key}" for outputs in found for key in outputs.peaks]:
+            yield name, own
 
 
 def effort_of(system: System, table: str, name: str) -> str:

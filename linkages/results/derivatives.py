@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Any, NamedTuple
+
+import numpy as np
 
 from linkages.base.arguments import number, several
 from linkages.base.arrays import Array
@@ -66,38 +69,56 @@ def values_to_move(values: Any) -> tuple[str | Direction, ...]:
 Wrt = Annotated[Sequence[str | Direction], values_to_move]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Derivatives(Mapping[str, Columns]):
     """Derivatives of outputs at fixed times: ``run.sensitivity["joints.A.clearance"]["A.force"]``.
 
+    They are computed at first use.
+
     Attributes
     ----------
-    columns : dict of dict of (nt,) arrays
-        By path and output, at the run's times, in units of the output per unit of the value; NaN where there is none.
+    paths : tuple of str
+        Paths of the values.
     status : str
         Why derivatives end; see `MEANING`.
     until : float
         Last time with derivatives [s].
-    evaluate : callable
-        Function that gives the same at times (n,) of the run, in any order; InputError for times outside.
+    times : (nt,) array
+        Times of the run [s].
+    with_values : callable
+        Function that gives the outputs at times (n,) of the run, in any order, and their derivatives by path;
+        InputError for times outside.
     """
 
-    columns: dict[str, Columns]
+    paths: tuple[str, ...]
     status: str
     until: float
-    evaluate: Callable[[Array], dict[str, Columns]] = field(compare=False)
+    times: Array
+    with_values: Callable[[Array], tuple[Columns, dict[str, Columns]]]
+
+    @cached_property
+    def columns(self) -> dict[str, Columns]:
+        """Derivatives by path and output, at the run's times, in units of the output per unit of the value.
+
+        NaN where there is none.
+        """
+        return self.evaluate(self.times)
+
+    def evaluate(self, times: Array) -> dict[str, Columns]:
+        """Return the derivatives at times (n,) of the run [s], in any order; InputError for times outside."""
+        return self.with_values(times)[1]
 
     def __getitem__(self, path: str) -> Columns:
-        if path not in self.columns:
-            raise InputError("argument", path, f"has no derivatives; {nearest(path, self.columns)}")
+        if path not in self.paths:
+            raise InputError("argument", path, f"has no derivatives; {nearest(path, self.paths)}")
         return self.columns[path]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.columns)
+        return iter(self.paths)
 
     def __len__(self) -> int:
-        return len(self.columns)
+        return len(self.paths)
 
 
 #: Of a run without any.
-NONE = Derivatives({}, OK, 0.0, lambda times: {})
+NONE = Derivatives((), OK, 0.0, np.zeros(0), lambda times: ({}, {}))

@@ -1,4 +1,4 @@
-"""Schemas of ``wear.json`` and ``record.json``; docs/outputs.md explains the keys."""
+"""Schemas of ``wear.json`` and ``record.json``; docs/summary_json.md explains the keys."""
 
 from __future__ import annotations
 
@@ -27,8 +27,20 @@ class _WearBlock(Entry):
     joints: dict[str, _WornJoint]
 
 
+class RecordTable(Entry):
+    """A table of a report; `text` are the indices of the columns with words."""
+
+    caption: str
+    head: list[str]
+    rows: list[list[str]]
+    text: list[int]
+
+
 class Record(Entry):
-    """The schema of ``record.json``: what a command was asked and what it found."""
+    """The schema of ``record.json``: what a command was asked and what it found.
+
+    `table` is the text of the terminal; `tables` and the numbers of the first screen, `tiles`, are for reports.
+    """
 
     title: str
     question: str
@@ -36,6 +48,8 @@ class Record(Entry):
     table: str
     words: list[str]
     versions: dict[str, str]
+    tiles: list[list[str]] = Field(default=[])
+    tables: list[RecordTable] = Field(default=[])
 
 
 class WearContent(Entry):

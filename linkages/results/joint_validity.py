@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from linkages.elements.validity import Rules, Violation
 from linkages.input.files.raw_model import BearingSize
 from linkages.input.model.experiment_tables import ContactTable, JointModel
 from linkages.laws import CONTACTS, FILMS
@@ -23,7 +24,7 @@ from linkages.results.films import film_error
 from linkages.results.impacts import Impact
 from linkages.results.shape import RunWarning
 from linkages.results.trajectory import Trajectory
-from linkages.results.validity import FLEXIBLE_RULES, Rules, Violation, flexible_cases
+from linkages.results.validity import of_elements, warned
 from linkages.system import System
 from linkages.system.joints import SystemJoint
 
@@ -77,7 +78,7 @@ RULES, DEPTH_RULES = Rules[JournalCase](), Rules[Touch]()
 
 
 def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[RunWarning]:
-    """Warn of laws and flexible-link models used outside their validity in a run, one entry for each rule."""
+    """Warn of laws and elements used outside their validity in a run, one entry for each rule."""
     cases = []
     for k, ((name, _), model) in enumerate(zip(system.tree.contacts, system.models, strict=False)):
         joint = system.joints[name]
@@ -85,8 +86,8 @@ def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[
             own = [impact for impact in impacts if impact.joint == name]
             end = float(system.film_limits[k])
             cases.append((name, JournalCase(joint, joint.bearing, model, system.laws[k], end, run, own)))
-    flexible = FLEXIBLE_RULES.broken(flexible_cases(system, run, impacts))
-    return [*RULES.broken(cases), *DEPTH_RULES.broken(list(_touches(system, run))), *flexible]
+    found = [*RULES.broken(cases), *DEPTH_RULES.broken(list(_touches(system, run)))]
+    return [*warned(found), *of_elements(system, run, impacts)]
 
 
 def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:

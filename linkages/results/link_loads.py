@@ -8,26 +8,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.elements.flexible.inertia import Moved, inertia_at_nodes
+from linkages.elements.flexible.substructure import Substructure
 from linkages.elements.machine import add_elements, apart, elements_of, markers_of
+from linkages.input.files.raw_model import LinkBeam
 from linkages.mechanics.planar.arrays import functions_of
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.markers import arm, turned
 from linkages.mechanics.planar.newton_euler import inertial_forces
 from linkages.mechanics.planar.reactions import add_known_contacts
-from linkages.mechanics.planar.record_types import OF_ROWS, PRISMATIC, REVOLUTE, SECTION
-from linkages.results import numerics
+from linkages.mechanics.planar.record_types import OF_ROWS, PRISMATIC, REVOLUTE
 from linkages.results.outputs.evaluation import make_snapshot, tabulate
 from linkages.results.outputs.quantity import Snapshot
 from linkages.results.outputs.registry import pack
 from linkages.system import System
-from linkages.system.flexible_link import FlexibleLink
 
 #: Coordinates, rates, accelerations (n,) and contacts (nc, WIDTH) at an instant.
 State = tuple[Array, Array, Array, Array]
@@ -71,9 +71,10 @@ class LinkLoads:
 
     link: str
     loads: tuple[Load, ...]
-    field: Field  # about the mass centre; of a flexible link see `parts`
+    field: Field  # about the mass centre; of a deformable link see `parts`
     parts: tuple[Part, ...]  # empty for a rigid link
     size: float  # of the linkage [m]
+    beam: LinkBeam | None = None  # of a deformable link
 
     @property
     def sums(self) -> Array:
@@ -118,14 +119,12 @@ def _snapshot(system: System, time: float, state: State) -> Snapshot:
 
 
 def _owners(system: System, seen: Snapshot) -> dict[int, str]:
-    """Return the link of each body, of sections too."""
-    links = {part.name: link for link, parts in system.tree.flexible.items() for part in parts}
-    owners = {body: links.get(name, name) for name, body in system.tree.index.items()}
-    owners |= {body: name for name, body in system.tree.wheels.items()}
-    for i, body in enumerate(seen.model.bodies.records):
-        if body["type"] == SECTION:
-            owners[i] = owners[int(body["mount"]["body"])]
-    return owners
+    """Return the link of each body, of nodes of deformable ones too."""
+    tree = system.tree
+    owners = {body: tree.deformable_at(body) or name for name, body in tree.index.items()}
+    owners |= {body: name for name, body in tree.wheels.items()}
+    nodes = ((i, tree.deformable_at(i)) for i in range(len(seen.model.bodies.records)) if i not in owners)
+    return owners | {i: link for i, link in nodes if link}
 
 
 _Action = tuple[str, int, Array, Array, float]  # name, body, place, force, moment about the place
@@ -251,12 +250,13 @@ def _of_link(
 ) -> LinkLoads:
     axes = _axes(system, seen, link)
     loads = [axes.load(*one) for one in found]
-    if link in system.tree.flexible:
-        parts = tuple(_part(system, seen, axes, part, needed) for part in system.tree.flexible[link])
+    if link in system.tree.deformable:
+        bodies = (body for body in system.tree.deformable[link] if isinstance(body, Substructure))
+        parts = tuple(_part(system, seen, axes, body, needed) for body in bodies)
         for part in parts:
             rows = np.hstack([part.nodes, part.forces]).tolist()
             loads += [Load("node", x, y, fx, fy, 0.0) for x, y, fx, fy in rows]
-        return LinkLoads(link, tuple(loads), parts[0].field, parts, system.tree.extent)
+        return LinkLoads(link, tuple(loads), parts[0].field, parts, system.tree.extent, system.links[link].beam)
     i = system.tree.index[link]
     body, pose, acc, square = (
         seen.model.bodies.records[i],
@@ -274,76 +274,19 @@ def _of_link(
     return LinkLoads(link, tuple(loads), axes.field(centre, gravity - acceleration, square), (), system.tree.extent)
 
 
-def _part(system: System, seen: Snapshot, axes: _Axes, part: FlexibleLink, needed: Array) -> Part:
-    """Distribute weight and inertia of a substructure over nodes on its deformed axis.
-
-    The motion of its points is that of `linkages.mechanics.planar.bodies`. The rest, which is the remainder of H and
-    the error of the quadrature, is added as the force of a rigid acceleration: the sums are those of the run.
-    """
+def _part(system: System, seen: Snapshot, axes: _Axes, part: Substructure, needed: Array) -> Part:
+    """Distribute weight and inertia of a deformable body over nodes on its deformed axis."""
     i, w = system.tree.index[part.name], seen.state
-    body = seen.model.bodies.records[i]
+    body, gravity, spin = seen.model.bodies.records[i], seen.model.gravity - w.acc[i, 1:], w.vel[i, 0]
     first = np.array(turned(w.pose, i, body["ex"], body["ey"]))
     basis = np.array([first, [-first[1], first[0]]])
-    spots = sorted({*part.abscissas, *part.ends})
-    places = np.concatenate(
-        [np.linspace(a, b, numerics.LINK_LOADS_NODES)[(k > 0) :] for k, (a, b) in enumerate(pairwise(spots))]
-    )
-    x, weight = np.polynomial.legendre.leggauss(numerics.LINK_LOADS_POINTS)
-    half = 0.5 * np.diff(places)[:, None]
-    s, share = (places[:-1, None] + half * (1.0 + x)).ravel(), np.tile(0.5 * (1.0 + x), len(half))
-    mass = (part.beam.density * part.beam.area * half * weight).ravel()
-    eta = slice(int(body["eta"]), int(body["eta"]) + int(body["modes"]))
-    r, rate, second = _motion(part, s, w.q[eta], w.v[eta], w.a[eta])
-    spin, turning = w.vel[i, 0], w.acc[i, 0]
-    gravity = basis @ (seen.model.gravity - w.acc[i, 1:])
-    of_field = mass[:, None] * (gravity + spin**2 * r)
-    others = -mass[:, None] * (turning * _ahead(r) + 2.0 * spin * _ahead(rate) + second)
-    nodes = _motion(part, places, w.q[eta], w.v[eta], w.a[eta])[0]
-    lumped = _lumped(mass[:, None], share)[:, 0]
-    field, others = _lumped(of_field, share), _lumped(others, share)
+    own = slice(int(body["eta"]), int(body["eta"]) + part.size)
     wanted = -np.array([needed[i, 0], *(basis @ needed[i, 1:])])
-    others += _rigid(nodes, lumped, wanted - _sums(nodes, field + others))
+    moved = Moved(w.q[own], w.v[own], w.a[own], spin, w.acc[i, 0], basis @ gravity)
+    nodes, field, others = inertia_at_nodes(part, moved, wanted)
     return Part(
-        axes.field(w.pose[i, :2], seen.model.gravity - w.acc[i, 1:], spin**2),
+        axes.field(w.pose[i, :2], gravity, spin**2),
         axes.places(w.pose[i, :2] + nodes @ basis),
         axes.vectors((field + others) @ basis),
         axes.vectors(others @ basis),
     )
-
-
-def _motion(part: FlexibleLink, s: Array, eta: Array, rate: Array, second: Array) -> tuple[Array, Array, Array]:
-    """Places, rates and accelerations (n, 2) of points of the axis relative to the frame, in its axes."""
-    a, b = part.modes.shapes(s)
-    h = np.array([part.modes.at(place)[3] for place in s])
-    along = s + a @ eta - 0.5 * (h @ eta) @ eta, a @ rate - (h @ eta) @ rate
-    bent = a @ second - (h @ rate) @ rate - (h @ eta) @ second
-    columns = (along[0], b @ eta), (along[1], b @ rate), (bent, b @ second)
-    return tuple(np.column_stack(pair) for pair in columns)  # type: ignore[return-value]
-
-
-def _ahead(vectors: Array) -> Array:
-    """Turn vectors (n, 2) by a quarter counter-clockwise."""
-    return np.column_stack([-vectors[:, 1], vectors[:, 0]])
-
-
-def _lumped(values: Array, share: Array) -> Array:
-    """Give values at the points between nodes to the nodes on both sides."""
-    found = np.zeros((len(values) // numerics.LINK_LOADS_POINTS + 1, values.shape[1]))
-    found[1:] += (values * share[:, None]).reshape(-1, numerics.LINK_LOADS_POINTS, values.shape[1]).sum(axis=1)
-    found[:-1] += (values * (1.0 - share)[:, None]).reshape(-1, numerics.LINK_LOADS_POINTS, values.shape[1]).sum(axis=1)
-    return found
-
-
-def _sums(nodes: Array, forces: Array) -> Array:
-    """Moment about the origin and sum of forces at nodes."""
-    moment = nodes[:, 0] @ forces[:, 1] - nodes[:, 1] @ forces[:, 0]
-    return np.array([moment, *forces.sum(axis=0)])
-
-
-def _rigid(nodes: Array, masses: Array, wanted: Array) -> Array:
-    """Compute the forces at nodes of a rigid acceleration with these sums."""
-    r = nodes - masses @ nodes / masses.sum()
-    turning = masses[:, None] * _ahead(r)
-    forces = masses[:, None] * wanted[1:] / masses.sum()
-    moment = wanted[0] - _sums(nodes, forces)[0]
-    return np.asarray(forces + turning * moment / (masses @ (r * r).sum(axis=1)))

@@ -28,7 +28,7 @@ class Case(NamedTuple):
     links: dict[str, LinkLoads]
 
 
-def write_loads(folder: Path, cases: Sequence[Case], beams: dict[str, LinkBeam]) -> list[str]:
+def write_loads(folder: Path, cases: Sequence[Case]) -> list[str]:
     """Write ``loads.csv`` and for each link and case ``LINK.inp``, ``LINK_2.inp``, ...; return the names."""
     with whole(folder / "loads.csv") as partial, open(partial, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
@@ -42,7 +42,7 @@ def write_loads(folder: Path, cases: Sequence[Case], beams: dict[str, LinkBeam])
     for k, case in enumerate(cases):
         for link, of_link in case.links.items():
             names.append(f"{file_name(link)}{f'_{k + 1}' if k else ''}.inp")
-            text = _beam(of_link, beams[link], case) if of_link.parts else _rigid(of_link, case)
+            text = _rigid(of_link, case) if of_link.beam is None else _beam(of_link, of_link.beam, case)
             with whole(folder / names[-1]) as partial:
                 partial.write_text(text, encoding="utf-8")
     return names

@@ -2,7 +2,7 @@
 
 Each line has name, value, unit and effect. ``python tests/constants.py linkages/results/numerics.py FILES`` changes
 each by a factor of three and says whether a test in these files notices. Limits of physical meaning, formats, and
-thresholds that docs/outputs.md states are in the modules themselves. No number here acts in compiled code.
+thresholds that docs/stated_errors.md states are in the modules themselves. No number here acts in compiled code.
 """
 
 # several modules
@@ -29,8 +29,6 @@ FILMS_LARGEST = 0.999  # [1] largest eccentricity ratio at which the film of fin
 FILMS_STEP = 1e-4  # [1] of the slope for the step of Newton's method
 
 # link_loads: mesh of a flexible link for finite elements
-LINK_LOADS_NODES = 17  # [1] of each part of a beam between neighbouring sections
-LINK_LOADS_POINTS = 3  # [1] Gauss points between neighbouring nodes
 
 # peak_errors: other maxima than the peak
 PEAK_ERRORS_MAXIMA = 8  # [1] other maxima of a column that are compared
@@ -63,5 +61,4 @@ STEADY_STATE_REPEATED = 1e-6  # [range] tolerance of a repeated motion
 
 # trajectory, validity, warnings
 TRAJECTORY_AT_ONCE = 2000  # [1] most times of one evaluation: memory
-VALIDITY_SAMPLES = 101  # [1] places along a beam
 WARNINGS_NOTHING = 1e-6  # [largest peak of its kind] peak whose change means nothing

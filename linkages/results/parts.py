@@ -59,7 +59,7 @@ class Part:
         Differences that are rounding are left out.
         """
         assessment, system = self.assessment, self.assessment.system
-        if self.ideal is None or not (system.play or system.flexible):
+        if self.ideal is None or not (system.play or system.tree.deformable):
             return {}
         apart, unknown = assessment.difference, assessment.meaningless | assessment.ideal_meaningless
         names = [*system.settings.outputs, *(f"{name}.force" for name in system.play)]

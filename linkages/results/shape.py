@@ -1,4 +1,4 @@
-"""A summary as data, which is the schema of ``summary.json`` too; docs/outputs.md explains the keys."""
+"""A summary as data, which is the schema of ``summary.json`` too; docs/summary_json.md explains the keys."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Difference(Entry):
 
 
 class Heat(Entry):
-    """Heat balance of a joint over a part of the run; units as in docs/outputs.md."""
+    """Heat balance of a joint over a part of the run; units as in docs/summary_json.md."""
 
     model: str = "lumped"
     temperature: Finite

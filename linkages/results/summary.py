@@ -19,7 +19,7 @@ from linkages.system.identity import input_record
 
 @validated
 def summarize(assessment: Assessment) -> Summary:
-    """Summarize an assessment in SI units; see docs/outputs.md.
+    """Summarize an assessment in SI units; see docs/summary_json.md.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ class Trajectory(Brief):
     provenance: dict[str, Any] = field(default_factory=dict)
     evaluate: Evaluate | None = None
     units: dict[str, str] = field(default_factory=dict)
-    sensitivity: Derivatives = NONE
+    sensitivity: Derivatives = field(default_factory=lambda: NONE)
     jumps: Array = field(default_factory=lambda: np.zeros(0))
     accuracy: float | None = None
 
@@ -141,7 +141,7 @@ class Trajectory(Brief):
         columns = {n: np.concatenate([known[n][:1], c[between_them], known[n][1:]]) for n, c in self.columns.items()}
         rates, time = self.sensitivity, columns["time"]
         if rates:
-            rates = replace(rates, columns=rates.evaluate(time))
+            rates = replace(rates, times=time)
         return replace(self, time=time, columns=columns, sensitivity=rates)
 
     def save(self, path: str | Path, compress: bool = False) -> None:

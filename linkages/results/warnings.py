@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from linkages.base.errors import Status, listed_briefly
-from linkages.elements.machine import all_elements_of
+from linkages.elements.machine import KINDS, all_elements_of
 from linkages.results import numerics
 from linkages.results.assessment import Assessment
 from linkages.results.films import heat_warnings
@@ -16,8 +16,9 @@ from linkages.results.peak_errors import Peaks, largest_of_quantities, quantity
 from linkages.results.shape import RunWarning
 from linkages.results.soundness import BOUNDED, CHANGE_POINT, DEAD_POINT, ONE_BRANCH, SingularPosition, Soundness
 from linkages.results.trajectory import Trajectory
-from linkages.results.validity import warning
+from linkages.results.validity import warned, warning
 from linkages.system import System
+from linkages.system.assembly import locking_couplings
 from linkages.system.rigid_segments import has_segments
 
 ROUGH = 0.1  # error over a peak that gives a warning
@@ -39,7 +40,7 @@ def warnings(assessment: Assessment, peaks: Peaks, error: Peaks) -> list[RunWarn
     estimated = tighter is not None and tighter.status is Status.OK
     unknown = [key for key in error if estimated and error[key] is None and peaks[key] is not None]
     segmented = has_segments(system, run.columns)
-    finer, model = refinements(system, segmented), [*_unstretched(system, segmented), *_of_elements(system)]
+    finer, model = refinements(system, segmented), [*_of_substitutes(system, segmented), *_of_elements(system)]
     return [
         *_singular(sound.singular, () if ideal is None else ideal.singular),
         *_undetermined(sound.indeterminate, () if ideal is None else ideal.indeterminate),
@@ -100,7 +101,11 @@ def refinements(system: System, segmented: bool) -> tuple[str, ...]:
             found.append(f"reduce joints.{name}.history.accuracy")
         found.append(f"increase joints.{name}.history.cells")
     if segmented:
-        found += [f"increase links.{name}.segments" for name in system.flexible]
+        found += [
+            f"increase {kind.path(name)}.{kind.substitute.key}"
+            for kind, name, keys in all_elements_of(system.parts)
+            if kind.substitute is not None and kind.deforms(keys)
+        ]
     return tuple(found)
 
 
@@ -151,22 +156,19 @@ def _of_elements(system: System) -> list[RunWarning]:
     for kind, name, keys in all_elements_of(system.parts):
         if kind.warns is not None:
             together.setdefault(kind.warns, {})[name] = keys
-    locking = system.locking_couplings if closed else []
-    warned = (
+    tree = system.tree
+    locking = locking_couplings(tree, tree.loop_rows, system.assembly.q) if closed else []
+    return warned(
         one
         for warns, named in together.items()
         for one in warns(named, [closed[k] for k in locking if closed[k] in named])
     )
-    return [warning(one.kind, None, one.what, one.remedy) for one in warned]
 
 
-def _unstretched(system: System, segmented: bool) -> list[RunWarning]:
-    """Warn of links whose axial deformation rigid segments omit without the setting axial = 0."""
-    names = [name for name in system.flexible if system.parts["links"][name].axial != 0]
-    if not names or not segmented:
-        return []
-    what = f"the rigid segments of {listed_briefly(names)} are inextensible: axial modes are omitted"
-    return [warning("segments", None, what, "use the compiled engine, or set axial = 0")]
+def _of_substitutes(system: System, segmented: bool) -> list[RunWarning]:
+    """List the warnings about what a run had instead of elements that the engine lacks."""
+    kinds = [kind for kind in KINDS if kind.substitute is not None] if segmented else []
+    return warned(one for kind in kinds if kind.substitute for one in kind.substitute.warns(system.parts[kind.table]))
 
 
 def relative(peaks: Peaks, errors: Peaks) -> list[tuple[str, float]]:

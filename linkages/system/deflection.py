@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, Status
-from linkages.elements.machine import add_elements
 from linkages.mechanics.planar.closure import close, consistent_rates
 from linkages.mechanics.planar.closure_rows import add_row_wrench
 from linkages.mechanics.planar.elimination import elimination_of
 from linkages.mechanics.planar.kinematics import body_accelerations, body_states, poses_at
-from linkages.mechanics.planar.loads import load_wrenches
 from linkages.mechanics.planar.newton_euler import generalised_force, inertial_forces
 from linkages.system.assembly import Assembly, independent
-from linkages.system.equilibrium import ideal_forces
+from linkages.system.ideal_linkage import IdealLinkage, ideal_forces
 from linkages.system.tree import without
-from linkages.system.unassembled import Unassembled
 
 _ROUNDS = 60  # most iterations of Newton's method
 _STIFF = 1e-12  # least stiffness, relative to the largest
@@ -25,43 +24,42 @@ _TURN = 0.5  # largest rotation of a section in one Newton step [rad]
 _STEP = 1e-3  # difference step of the fastest coordinate for the rates [rad, or linkage lengths]
 
 
-def deflected(system: Unassembled, assembly: Assembly, time: float = 0.0) -> Assembly:
-    """Return the assembly with flexible links deflected by the steady loads of the ideal linkage.
+def deflected(linkage: IdealLinkage, assembly: Assembly, source: Path, time: float = 0.0) -> Assembly:
+    """Return the assembly with deformable links deflected by the steady loads of the ideal linkage.
 
     The steady loads are the inertia of the rigid motion, weight, applied loads and the reactions of joints whose
-    journals keep their offsets. Modal accelerations are neglected; modal rates follow from the change of the shape with
-    the motion. Links with `start` "undeformed" stay straight. Loads and prescribed motions are evaluated at `time` [s].
-    InputError if no stable shape exists: a load exceeds the buckling load of a link.
+    journals keep their offsets. Accelerations of shapes are neglected; their rates follow from the change of the shape
+    with the motion. Links that do not settle stay straight. Loads and prescribed motions are evaluated at `time` [s].
+    InputError, of the file `source`, if no stable shape exists: a load exceeds the buckling load of a link.
     """
-    finder = _Finder(system, assembly, time)
-    if not len(finder.modes):
+    if not linkage.tree.deformable or not len((finder := _Finder(linkage, assembly, source, time)).shapes):
         return assembly
     q, a = finder.shape(time, assembly.q, assembly.v)
-    fastest = np.max(np.abs(assembly.v[system.tree.joint_dofs]), initial=0.0)
+    fastest = np.max(np.abs(assembly.v[linkage.tree.joint_dofs]), initial=0.0)
     v = assembly.v.copy()
     if fastest > 0.0:
         step = _STEP / fastest
         ahead = ((h, assembly.q + h * assembly.v + 0.5 * h * h * a, v + h * a) for h in (-step, step))
         sides = [finder.shape(time + h, *state)[0] for h, *state in ahead]
-        v[finder.modes] = (sides[1] - sides[0])[finder.modes] / (2.0 * step)
-    consistent_rates(system.tree.bodies, finder.rows, finder.free, q, v, np.zeros(len(q)))
+        v[finder.shapes] = (sides[1] - sides[0])[finder.shapes] / (2.0 * step)
+    consistent_rates(linkage.tree.bodies, finder.rows, finder.free, q, v, np.zeros(len(q)))
     return Assembly(q, v, assembly.mobility, assembly.quality)
 
 
 class _Finder:
     """Finds the quasi-static shape for given positions and rates of the joints."""
 
-    def __init__(self, system: Unassembled, assembly: Assembly, time: float) -> None:
-        tree, self.time = system.tree, time
-        self.system, self.tree, self.rows = system, tree, tree.closure_rows
+    def __init__(self, linkage: IdealLinkage, assembly: Assembly, source: Path, time: float) -> None:
+        tree, self.source, self.time = linkage.tree, source, time
+        self.linkage, self.tree, self.rows = linkage, tree, tree.closure_rows
         owned = {
             tree.coordinates.index(name): link
-            for link, substructures in tree.flexible.items()
+            for link, substructures in tree.deformable.items()
             for part in substructures
             for name in part.coordinates
-            if part.model.start == "quasi-static"
+            if part.settles
         }
-        self.modes, self.links = np.array(list(owned), np.int64), list(owned.values())
+        self.shapes, self.links = np.array(list(owned), np.int64), list(owned.values())
         self.free = without(tree.closing_dofs, tree.powered_dofs)
         self.offset = tree.gaps(assembly.q)
         rank = independent(tree, self.rows, assembly.q, tree.closing_dofs) if len(self.rows) else 0
@@ -69,15 +67,15 @@ class _Finder:
 
     def shape(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
         """Compute coordinates and accelerations of the deflected linkage near the given coordinates and rates."""
-        tree, q, v, count = self.tree, q.copy(), v.copy(), len(self.modes)
-        for table, values in zip((q, v), self.system.motions(np.array([t]))[:2], strict=True):
+        tree, q, v, count = self.tree, q.copy(), v.copy(), len(self.shapes)
+        for table, values in zip((q, v), self.linkage.motions(np.array([t]))[:2], strict=True):
             table[tree.driven_dofs] = values[0]
         step, slope = _DIFFERENCE * tree.extent, np.empty((count, count))
         for _ in range(_ROUNDS):
             left, a = self._left(t, q, v)
             for k in range(count):
                 beside = q.copy()
-                beside[self.modes[k]] += step
+                beside[self.shapes[k]] += step
                 slope[:, k] = (self._left(t, beside, v)[0] - left) / step
             if not np.all(np.isfinite(slope)):
                 raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with links deflected by their loads")
@@ -91,10 +89,10 @@ class _Finder:
                     raise self._refused(0, "deflect it without any resistance")
                 change = (ways @ (np.linalg.pinv(ways) @ left / np.maximum(sizes, _STIFF * sizes.max()))).real
             beside = q.copy()
-            beside[self.modes] -= change
+            beside[self.shapes] -= change
             turns = np.abs(poses_at(tree.bodies, beside) - poses_at(tree.bodies, q))[:, 2]
             change *= min(1.0, _TURN / np.max(turns, initial=_DONE))
-            q[self.modes] -= change
+            q[self.shapes] -= change
             size = np.max(np.abs(change))
             if size <= _DONE * tree.extent:
                 break
@@ -107,30 +105,26 @@ class _Finder:
 
     def _refused(self, mode: int, problem: str) -> InputError:
         where = f"links.{self.links[mode]}.start"
-        return InputError(
-            self.system.experiment.source, where, f'the loads at t = {self.time:g} {problem}; set "undeformed"'
-        )
+        return InputError(self.source, where, f'the loads at t = {self.time:g} {problem}; set "undeformed"')
 
     def _left(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
-        """Compute the residual forces on the modes, and the accelerations of the linkage with a fixed shape.
+        """Compute the residual forces on the shapes, and the accelerations of the linkage with a fixed shape.
 
         Closes the loops by the joint coordinates: changes q and v.
         """
-        system, tree = self.system, self.tree
+        tree = self.tree
         if not close(tree.bodies, self.rows, self.offset, self.free, tree.extent, q):
-            return np.full(len(self.modes), np.nan), q
+            return np.full(len(self.shapes), np.nan), q
         consistent_rates(tree.bodies, self.rows, self.free, q, v, np.zeros(len(q)))
-        work = ideal_forces(system, t, q, v, self.elimination)
+        work = ideal_forces(self.linkage, t, q, v, self.elimination)
         bodies, pose, vel, load, left = tree.bodies, work.pose, work.vel, work.bias, np.zeros(tree.size)
         work.a[len(tree.joint_dofs) :] = 0.0
         body_states(bodies, q, v, pose, vel)
         work.wrench[:] = 0.0
-        rates = np.concatenate([v, system.start_states])
-        add_elements(system.elements, system.packed.functions, t, rates, pose, vel, work.wrench)
-        load_wrenches(system.loads, t, rates, pose, vel, work.wrench)
+        self.linkage.add_loads(t, v, work)
         body_accelerations(bodies, pose, vel, v, work.a, work.acc)
-        inertial_forces(bodies, work, system.gravity, load, left)
+        inertial_forces(bodies, work, self.linkage.gravity, load, left)
         for row, size in zip(self.rows, work.reaction, strict=True):
             add_row_wrench(row, pose, -size, load)
         generalised_force(bodies, pose, load, left)
-        return left[self.modes], work.a
+        return left[self.shapes], work.a

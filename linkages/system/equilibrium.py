@@ -1,4 +1,4 @@
-"""Reactions of the ideal linkage; static equilibrium of journals and blocks in their clearances.
+"""Static equilibrium of journals and blocks in their clearances.
 
 A start in equilibrium has no free flight across the clearance.
 
@@ -10,22 +10,20 @@ these offsets. Moments of films and friction are neglected; they change the forc
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import cast
 
 import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError
-from linkages.elements.machine import add_elements
 from linkages.mechanics.planar.contacts import ContactMotion, contact_action, contact_motion
-from linkages.mechanics.planar.elimination import Elimination, elimination_of
-from linkages.mechanics.planar.kinematics import body_states
-from linkages.mechanics.planar.loads import load_wrenches
+from linkages.mechanics.planar.elimination import elimination_of
 from linkages.mechanics.planar.record_types import JOURNAL
-from linkages.mechanics.planar.singularities import constrained_dynamics
-from linkages.mechanics.planar.workspace import Workspace
 from linkages.system.assembly import Assembly, independent
-from linkages.system.unassembled import Unassembled
+from linkages.system.contacts import Contacts
+from linkages.system.ideal_linkage import IdealLinkage, ideal_forces
+from linkages.system.tree import Tree
 
 _PASSES = 3  # each reduces the error by the factor clearance over link length
 _NOTHING = 1e-12  # relative to the largest force: below it a joint carries no load
@@ -33,68 +31,50 @@ _DOUBLINGS = 60
 _EXACT = 1e-14  # tolerance of offsets over the clearance
 
 
-def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) -> Array:
+def resting_offsets(
+    linkage: IdealLinkage, contacts: Contacts, source: Path, assemble: Callable[[Array], Assembly]
+) -> Array:
     """Compute equilibrium offsets of clearance joints, two for each: x, y [m]; for a guide across [m], tilt [rad].
 
-    `assemble` assembles the linkage with given offsets. InputError if no offset balances the force at zero velocity, as
-    for a film between parts that do not rotate.
+    `assemble` assembles the linkage with given offsets. InputError, of the file `source`, if no offset balances the
+    force at zero velocity, as for a film between parts that do not rotate.
     """
-    offsets = np.zeros(2 * len(system.tree.play))
-    tree = system.tree
+    tree = linkage.tree
+    offsets = np.zeros(2 * len(tree.play))
     for _ in range(_PASSES):
         start = assemble(offsets)
         rank = independent(tree, tree.closure_rows, start.q, tree.closing_dofs)
         elimination = elimination_of(tree.bodies, tree.closure_rows, rank, tree.closing_dofs)
-        work = ideal_forces(system, 0.0, start.q, start.v, elimination)
+        work = ideal_forces(linkage, 0.0, start.q, start.v, elimination)
         forces = work.reaction[: len(offsets)]
         largest = np.abs(forces).max(initial=0.0)
         for k, name in enumerate(tree.play):
             two = slice(2 * k, 2 * k + 2)
-            joint = _LooseJoint(system, name, work.pose, work.vel, offsets[two])
+            joint = _LooseJoint(tree, contacts, source, name, work.pose, work.vel, offsets[two])
             if np.abs(forces[two]).max() > _NOTHING * largest:
                 offsets[two] = (joint.block if joint.guide else joint.journal)(forces[two])
     return offsets
 
 
-def ideal_forces(system: Unassembled, t: float, q: Array, v: Array, elimination: Elimination) -> Workspace:
-    """Solve the ideal linkage at time t [s], coordinates q and rates v (n,), with modes that do not accelerate.
-
-    The elimination is that of `Tree.closure_rows`. The workspace has its pose, vel, a, tau and reaction, see
-    `linkages.mechanics.planar.singularities.constrained_dynamics`.
-    """
-    tree, at = system.tree, np.array([t])
-    work = tree.workspace(tree.closure_rows)
-    work.q[:], work.v[:] = q, v
-    body_states(tree.bodies, q, v, work.pose, work.vel)
-    rates = np.concatenate([work.v, system.start_states])
-    add_elements(system.elements, system.packed.functions, t, rates, work.pose, work.vel, work.wrench)
-    load_wrenches(system.loads, t, rates, work.pose, work.vel, work.wrench)
-    work.tau[tree.powered_dofs] = system.torques(at)[0][0]
-    work.a[tree.driven_dofs] = system.motions(at)[2][0]
-    constrained_dynamics(
-        tree.undeforming_bodies, tree.closure_rows, elimination, tree.extent, 0.0, system.gravity, work,
-        np.zeros(tree.size),
-    )  # fmt: skip
-    return work
-
-
 class _LooseJoint:
     """The contacts of one clearance joint, at a pose that includes its offset."""
 
-    def __init__(self, system: Unassembled, name: str, pose: Array, vel: Array, offset: Array) -> None:
-        self.system, self.name = system, name
-        self.contacts = [k for k, (owner, _) in enumerate(system.tree.contacts) if owner == name]
+    def __init__(
+        self, tree: Tree, records: Contacts, source: Path, name: str, pose: Array, vel: Array, offset: Array
+    ) -> None:
+        self.records, self.source, self.name = records, source, name
+        self.contacts = [k for k, (owner, _) in enumerate(tree.contacts) if owner == name]
         self.motions, self.arms = [], []
         self.guide = len(self.contacts) > 1
-        joint, end = system.mechanism.joint[name], system.ends[self.contacts[0]]
+        joint, end = tree.joints[name], records.ends[self.contacts[0]]
         parent = pose[end["bearing"]["body"]]
         x, y = joint.direction
         self.across = np.array([-parent[4] * x - parent[3] * y, parent[3] * x - parent[4] * y])
-        child = system.tree.marker(joint.child, joint.on_child)[1:]
+        child = tree.marker(joint.child, joint.on_child)[1:]
         for k in self.contacts:
-            motion, _ = contact_motion(system.ends[k], pose, vel)
-            body = pose[system.ends[k]["journal"]["body"]]
-            px, py = system.ends[k]["journal"]["x"] - child[0], system.ends[k]["journal"]["y"] - child[1]
+            motion, _ = contact_motion(records.ends[k], pose, vel)
+            body = pose[records.ends[k]["journal"]["body"]]
+            px, py = records.ends[k]["journal"]["x"] - child[0], records.ends[k]["journal"]["y"] - child[1]
             arm = np.array([body[3] * px - body[4] * py, body[4] * px + body[3] * py])
             self.arms.append(arm)
             place = np.array(motion[:2]) - self._shift(offset, arm)
@@ -109,12 +89,12 @@ class _LooseJoint:
 
     def force(self, offset: Array) -> Array:
         """Compute the journal force at an offset, (2,) [N]; for a guide: force across the slot and moment [N m]."""
-        system, total = self.system, np.zeros(3)
+        records, total = self.records, np.zeros(3)
         for k, arm, (place, rest) in zip(self.contacts, self.arms, self.motions, strict=True):
             e = place + self._shift(offset, arm)
             motion = cast(ContactMotion, (float(e[0]), float(e[1]), *(float(x) for x in rest)))
-            remembered = system.law_states.remembered(k)
-            found = contact_action(system.ends[k], system.laws[k], system.tables[k], remembered, motion)
+            remembered = records.states.remembered(k)
+            found = contact_action(records.ends[k], records.laws[k], records.tables[k], remembered, motion)
             total += found[0], found[1], arm[0] * found[1] - arm[1] * found[0]
         return np.array([total[:2] @ self.across, total[2]]) if self.guide else total[:2]
 
@@ -122,8 +102,8 @@ class _LooseJoint:
         """Find the eccentricity for a force from its size, then its direction (round bearings are isotropic)."""
         from scipy.optimize import brentq, root  # half a second of import time
 
-        law, size = self.system.laws[self.contacts[0]], float(np.hypot(*wanted))
-        clearance, reach = float(law["clearance"]), float(self.system.reach[self.contacts[0]])
+        law, size = self.records.laws[self.contacts[0]], float(np.hypot(*wanted))
+        clearance, reach = float(law["clearance"]), float(self.records.reach[self.contacts[0]])
         can_touch = not np.isfinite(reach)
 
         def excess(distance: float) -> float:
@@ -142,7 +122,7 @@ class _LooseJoint:
         given = self.force(np.array([distance, 0.0]))
         angle = np.arctan2(wanted[1], wanted[0]) - np.arctan2(given[1], given[0])
         place = distance * np.array([np.cos(angle), np.sin(angle)])
-        if self.system.ends[self.contacts[0]]["kind"] == JOURNAL:
+        if self.records.ends[self.contacts[0]]["kind"] == JOURNAL:
             return place
         found = root(lambda x: (self.force(x * clearance) - wanted) / size, place / clearance, tol=1e-12)
         if not found.success or np.hypot(*found.x) * clearance >= reach:
@@ -151,7 +131,7 @@ class _LooseJoint:
 
     def block(self, wanted: Array) -> Array:
         """Find a block's offset from the transverse force and its tilt from the moment; both laws are monotonic."""
-        clearance = float(self.system.laws[self.contacts[0]]["clearance"])
+        clearance = float(self.records.laws[self.contacts[0]]["clearance"])
         reach = max(np.hypot(*arm) for arm in self.arms)
 
         def place(tilt: float) -> float:
@@ -179,6 +159,5 @@ class _LooseJoint:
         return far
 
     def _refuse(self, size: float) -> None:
-        where = self.system.experiment.source
         problem = f'is "equilibrium"; no offset of {self.name} balances {size:.3g} N at zero velocity; use "centred"'
-        raise InputError(where, "start", problem)
+        raise InputError(self.source, "start", problem)

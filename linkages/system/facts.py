@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.mechanism import Mechanism
 from linkages.system.description import description_of
+from linkages.system.ideal_linkage import plane_gravity, start_states
 from linkages.system.parts import parts_of
 from linkages.system.settings import settings_of
 
@@ -31,9 +34,13 @@ def facts(mechanism: Mechanism, experiment: Experiment) -> dict[str, Any]:
         "functions_read": experiment.functions_read,
         "ramp": max((drive.ramp for drive in experiment.drives.values()), default=0.0),
         "play": experiment.play,
-        "flexible": experiment.flexible,
+        "imperfect": experiment.imperfect,
         "can_touch": experiment.can_touch,
         "values": experiment.values,
         "unread_states": experiment.unread_states,
         "recorded": experiment.from_files,
+        "start_states": start_states(experiment),
+        "state_scales": np.array([one.scale for one in experiment.own_states.values()], float),
+        "mass": sum(link.mass for link in mechanism.links),
+        "gravity": plane_gravity(mechanism, experiment),
     }

@@ -9,38 +9,42 @@ from linkages.base.errors import InputError
 from linkages.elements.element import IdealEffort
 from linkages.elements.machine import DEFINING, functions_of
 from linkages.input.functions.definitions import Definition, Quantity, formula, names_in
+from linkages.input.model.check import check
 from linkages.input.model.experiment import Experiment, experiment_of
+from linkages.input.model.mechanism import Mechanism
 from linkages.mechanics.planar.closure import BLURRED, follow, follow_branch
 from linkages.mechanics.planar.elimination import elimination_of
 from linkages.system.assembly import assemble, coordinate_scale, independent
-from linkages.system.equilibrium import ideal_forces
-from linkages.system.unassembled import Unassembled
+from linkages.system.ideal_linkage import ideal_forces, ideal_linkage
+from linkages.system.masses import with_all_masses
 
 _PLACES = 4001  # of each table
 
 
-def with_feedforward(system: Unassembled) -> dict[str, Quantity]:
+def with_feedforward(mechanism: Mechanism, experiment: Experiment) -> dict[str, Quantity]:
     """Return the quantities of an experiment, with the torques of the ideal machine as tables."""
-    quantities = dict(system.experiment.quantities)
+    quantities = dict(experiment.quantities)
     for kind in DEFINING:
-        for name, keys in system.experiment.elements[kind.table].items():
+        for name, keys in experiment.elements[kind.table].items():
             for wanted in kind.ideal_efforts(keys, name):
-                times = np.linspace(0.0, system.experiment.duration, _PLACES)
-                torques = _torques(system, f"{kind.table}.{name}.{wanted.key}", wanted, times)
+                times = np.linspace(0.0, experiment.duration, _PLACES)
+                where = f"{kind.table}.{name}.{wanted.key}"
+                torques = _torques(mechanism, experiment, where, wanted, times)
                 table = times.tolist(), torques.tolist()
                 quantities[wanted.quantity] = Quantity(Definition(formula("t"), table=table))
     return quantities
 
 
-def _torques(system: Unassembled, where: str, wanted: IdealEffort, times: Array) -> Array:
+def _torques(mechanism: Mechanism, experiment: Experiment, where: str, wanted: IdealEffort, times: Array) -> Array:
     """Compute the torque or force that moves the ideal machine along the reference (nt,); InputError if it cannot."""
-    experiment = _led(system.experiment, wanted)
-    one = Unassembled(system.mechanism.with_inertial(system.inertials), experiment)
+    machine, led = with_all_masses(mechanism, experiment), _led(experiment, wanted)
+    check(machine, led)
+    one = ideal_linkage(machine, led, led.quantities)
     tree, rows = one.tree, one.tree.closure_rows
-    start = assemble(tree, experiment, one.motions, one.packed)
+    start = assemble(tree, led, one.motions, one.packed)
     if start.mobility != len(tree.driven):
         problem = f"needs drives that, with the reference in {wanted.joint}, determine the whole motion"
-        raise InputError(system.experiment.source, where, problem)
+        raise InputError(experiment.source, where, problem)
     q, v, a = np.zeros((3, len(times), tree.size))
     for table, values in zip((q, v, a), one.motions(times), strict=True):
         table[:, tree.driven_dofs] = values
@@ -50,7 +54,7 @@ def _torques(system: Unassembled, where: str, wanted: IdealEffort, times: Array)
     reached = follow_branch(tree.bodies, rows, free, tree.extent, coordinate_scale(tree), 1, times, q, v, a, quality)
     if reached < len(times) or quality.min() <= BLURRED:
         when = times[min(reached, len(times) - 1)] if reached < len(times) else times[quality.argmin()]
-        raise InputError(system.experiment.source, where, f"the ideal machine is at a dead point at t = {when:.6g} s")
+        raise InputError(experiment.source, where, f"the ideal machine is at a dead point at t = {when:.6g} s")
     elimination = elimination_of(tree.bodies, rows, independent(tree, rows, start.q, free), free)
     dof = tree.driven_dofs[tree.driven.index(wanted.joint)]
     states = zip(times.tolist(), q, v, strict=True)

@@ -6,11 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from linkages.base.arrays import Array
 from linkages.base.errors import InputError
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import FILM_ACCURACY, FilmHistory, JointModel
 
 _FILM_STEPS = 200  # of a turn of the fastest drive
+_LEAST_FORCE = 0.03  # force of a film whose errors count, over the forces that the drives need for all masses
 
 
 def film_steps(experiment: Experiment, rate: float) -> dict[str, float]:
@@ -40,3 +42,8 @@ def with_film_step(experiment: Experiment, steps: Mapping[str, float], name: str
     accuracy = FILM_ACCURACY if model.history.step is None else None
     chosen = {"step": steps[name], "accuracy": model.history.accuracy or accuracy}
     return model.model_copy(update={"history": model.history.model_copy(update=chosen)})
+
+
+def least_force(extent: float, rate: float, gravity: Array, mass: float) -> float:
+    """Return the force of a film below which its errors do not count [N]; length [m] and rate [rad/s] of the motion."""
+    return _LEAST_FORCE * (extent * rate**2 + float(np.linalg.norm(gravity))) * mass

@@ -299,7 +299,7 @@ def cause(status: Status, system: System, time: float) -> tuple[Status, float]:
         return status, time
     if motion.status is not Status.LOCKED or time <= motion.times[-1] - _GRID / system.drive_rate:
         return status, time
-    exact = not system.tree.play and not system.experiment.flexible
+    exact = not system.tree.play and not system.tree.deformable
     return Status.LOCKED, min(time, float(motion.times[-1])) if exact else time
 
 

@@ -18,7 +18,7 @@ from linkages.laws.film.film_history import LARGEST, history_table
 from linkages.laws.film.film_map import MapCase, load_map
 from linkages.laws.film.map_table import table_limit
 from linkages.laws.mixed import fill_mixed
-from linkages.laws.parameters import MODELS, SHEAR
+from linkages.laws.parameters import MODELS, SHEAR, slots
 from linkages.laws.states import FIRST_STATE, NEW, SCALES, Remembered, places
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
@@ -114,10 +114,27 @@ def _film_table(joint: JointModel, bearing: BearingSize | None, least_force: flo
     slenderness, history = 0.5 * bearing.length / bearing.radius, joint.history
     if history is None:
         return load_map(MapCase(slenderness, joint.cavitation, joint.feed))
-    assert history.step is not None  # `linkages.system.unassembled.Unassembled.models`
+    assert history.step is not None  # `linkages.system.contacts.contact_models`
     around, along = history.cells
     accuracy = history.accuracy or 0.0  # of a constant film step
     return history_table(slenderness, joint.feed, (around, along), history.step, history.content, accuracy, least_force)
+
+
+def values_of(joint: JointModel, bearing: BearingSize | None) -> dict[str, str]:
+    """Return the keys of a joint that its record has as they are, and that nothing else follows, by its fields."""
+    touches, found = joint.can_touch and joint.contact is not None, dict[str, str]()
+    if not (joint.is_tilted or joint.is_worn or (touches and bearing is not None)):
+        found["clearance"] = "clearance"
+    if joint.has_film:
+        found |= slots("film", FILMS[joint.film].parameters)
+        found |= {"viscosity": "viscosity"} if joint.oil is None else {}
+        if joint.mixed is not None and touches:
+            found["film_limit"] = "mixed.film_limit"
+            found |= {"transition": "mixed.transition"} if joint.mixed.law == "blend" else {}
+    for kind, law in _acting(joint).items():
+        if not any(callable(state.scale) for state in law.states):  # a scale follows other values
+            found |= {field: f"{kind}.{key}" for field, key in law.own(dict(getattr(joint, kind))).items()}
+    return found
 
 
 def _film_limit(joint: JointModel, tilt: float, table: Array) -> float:

@@ -40,7 +40,7 @@ class StaticSystem(System):
     @cached_property
     def assembly(self) -> Assembly:
         """Assemble in the pose; links with a quasi-static start are deflected by the loads at zero velocity."""
-        return deflected(self, self.pose, self.time) if self.tree.flexible else self.pose
+        return deflected(self.ideal_linkage, self.pose, self.experiment.source, self.time)
 
 
 def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]:
@@ -53,7 +53,7 @@ def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]
     """
     experiment = system.experiment
     plain: dict[str, object] = {f"joints.{name}": {"model": "ideal"} for name in experiment.joints}
-    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)} | experiment.perfected()
+    plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)} | experiment.perfected(rigid=False)
     plain |= {"start": "centred", "solver.integrator": "radau_iia_5", "duration": max(experiment.duration, *times, 0.0)}
     ideal = system.replaced(plain)
     at = np.array(times, dtype=np.float64)
@@ -101,7 +101,7 @@ class Disturbed(System):
     @cached_property
     def packed(self) -> Packed:
         """Return elements and applied loads as records of the kernels."""
-        return pack_loads(self.tree, self.experiment, with_feedforward(self), self.applied)
+        return pack_loads(self.tree, self.experiment, with_feedforward(self.mechanism, self.experiment), self.applied)
 
 
 def inputs(system: System) -> dict[str, tuple[str, str, int]]:

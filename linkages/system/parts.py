@@ -1,4 +1,4 @@
-"""The named parts of a system, by table and name: links, drives, and the elements of `linkages.elements`."""
+"""The elements of a system, by table and name."""
 
 from __future__ import annotations
 
@@ -13,5 +13,4 @@ NamedElements = Mapping[str, Mapping[str, Any]]
 
 def parts_of(experiment: Experiment) -> NamedElements:
     """Return the named parts of an experiment, by table."""
-    parts: NamedElements = {"links": experiment.links, "drives": experiment.drives}
-    return {**parts, **experiment.elements}
+    return experiment.elements

@@ -11,7 +11,8 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, Status
-from linkages.input.model.segment_model import SegmentChain, chains
+from linkages.elements.flexible.segment_chain import SegmentChain
+from linkages.input.model.segment_model import chains
 from linkages.input.model.segment_model import segmented as cut
 from linkages.mechanics.planar.closure import close, consistent_rates
 from linkages.system.assembly import Assembly
@@ -78,7 +79,7 @@ class Segmented(System):
                 at = next(link for link, edge in tree.edges.items() if edge.joint == carried.joint)
             turn = turns[..., chain.segments.index(at)]
             name = f"{at}.angle" if carried is None else carried.joint
-            if whole.flexible[link][0].is_chord and name in place:
+            if whole.deformable[link][0].is_chord and name in place:
                 result[..., place[name]] += float(whole.bodies.records[whole.index[link]]["sign"]) * turn
         return result
 
@@ -87,7 +88,7 @@ class Segmented(System):
         found = 0.0
         for chain in self.chains.values():
             turns = q[:, [self.tree.coordinates.index(name) for name in chain.joints]].cumsum(axis=1)
-            edges = np.array([*chain.hinges, chain.beam.length])
+            edges = np.array([*chain.hinges, chain.length])
             across = np.hstack([np.zeros((len(q), 1)), (turns * np.diff(edges)).cumsum(axis=1)])
             part = (edges - chain.hinges[0]) / np.ptp(edges)
             found = max(found, float(np.abs(across - np.outer(across[:, -1], part)).max()))
@@ -101,22 +102,24 @@ def _section_turns(tree: Tree, link: str, places: Array, q: Array) -> Array:
     """
     found = np.zeros((*q.shape[:-1], len(places)))
     ends: dict[tuple[str, float], Array] = {}
-    for piece in tree.flexible[link]:
-        s, near = places - piece.first, _SAME * piece.beam.length
-        eta = int(tree.bodies.records[tree.index[piece.name]]["eta"]) + np.arange(len(piece.modes.names))
+    for piece in tree.deformable[link]:
+        s, near = places - piece.first, _SAME * (piece.ends[1] - piece.ends[0])
+        eta = int(tree.bodies.records[tree.index[piece.name]]["eta"]) + np.arange(piece.size)
         frame = ends[piece.carrier, piece.first] if piece.carrier else 0.0
-        cuts = [other.first for other in tree.flexible[link] if other.carrier == piece.name]
+        cuts = [other.first for other in tree.deformable[link] if other.carrier == piece.name]
         own = np.flatnonzero((s > piece.ends[0] - near) & (s < piece.ends[1] + near))
-        slopes = piece.modes.shapes(np.concatenate([s[own], np.array(cuts) - piece.first]), 1)[1]
+        slopes = piece.slopes(np.concatenate([s[own], np.array(cuts) - piece.first]))
         turns = q[..., eta] @ slopes.T + frame
         found[..., own] = turns[..., : len(own)]
         ends |= {(piece.name, cut): turns[..., len(own) + k, None] for k, cut in enumerate(cuts)}
     return found
 
 
-def segmented(system: System) -> Segmented:
-    """Return the same linkage with chains of rigid segments instead of flexible links."""
+def segmented(system: System) -> System:
+    """Return the same linkage with chains of rigid segments instead of flexible links; the system if it has none."""
     found = chains(system.mechanism, system.experiment)
+    if not found:
+        return system
     return Segmented(*cut(system.mechanism, system.experiment), whole=system, chains=found)
 
 

@@ -18,14 +18,14 @@ from linkages.input.files.raw_model import Chains
 from linkages.input.model.mechanism import Joint, Mechanism
 from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import MATRIX, STRAIGHT, Bodies
-from linkages.system.flexible_link import FlexibleLink, section_at
+from linkages.system.deformable import DeformableBody, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
 #: Values of a body's record that differ from zero or are no numbers, where it does not say others.
 _USUAL = dict.fromkeys(types.BODY.names or (), 0) | {"dof": -1, "driven": -1, "sign": 1.0}
 
 #: Functions that divide flexible links, by name, for the joints that carry them.
-Bend = Mapping[str, Callable[[Joint | None], Sequence[FlexibleLink]]]
+Bend = Mapping[str, Callable[[Joint | None], Sequence[DeformableBody]]]
 
 
 class Freedom(NamedTuple):
@@ -101,7 +101,7 @@ def spanning_tree(
         tuple(name for name in mechanism.joint if name in play),
         tuple(name for name in mechanism.joint if name in loops),
         *every,
-        builder.flexible,
+        builder.deformable,
         builder.sections,
         builder.acting,
         wheels=builder.wheels,
@@ -137,8 +137,8 @@ class _Builder:
         for joint in joints:
             self.beside[joint.parent].append(joint)
             self.beside[joint.child].append(joint)
-        self.flexible: dict[str, Sequence[FlexibleLink]] = {}
-        self.substructures: dict[str, FlexibleLink] = {}
+        self.deformable: dict[str, Sequence[DeformableBody]] = {}
+        self.substructures: dict[str, DeformableBody] = {}
         self.sections: dict[tuple[str, float], int] = {}
         self.rows: list[dict[str, Any]] = []
         self.acting = 0
@@ -170,17 +170,17 @@ class _Builder:
     def add_wheel(self, joint: Joint, inertia: float) -> None:
         """Add the output wheel of a gearbox with backlash, which turns about the joint on its parent."""
         parent, place = self.index[joint.parent], joint.on_parent
-        if joint.parent in self.flexible:
-            parent = self.sections[section_at(self.flexible[joint.parent], place)]
+        if joint.parent in self.deformable:
+            parent = self.sections[section_at(self.deformable[joint.parent], place)]
         at, name = place - self.drawn[parent], f"{joint.name}{WHEEL}"
         self._add(name, parent, types.REVOLUTE, joint.sign, at, np.zeros(2), place, "")
         self.wheels[name] = len(self.rows) - 1
         self.rows[-1]["inertia"] = inertia
 
-    def _cut(self, link: str, carrier: Joint | None) -> FlexibleLink:
+    def _cut(self, link: str, carrier: Joint | None) -> DeformableBody:
         """Divide a flexible link into substructures; return the one that the joint carries."""
-        self.flexible[link] = self.bend[link](carrier)
-        self.substructures |= {part.name: part for part in self.flexible[link]} | {link: self.flexible[link][0]}
+        self.deformable[link] = self.bend[link](carrier)
+        self.substructures |= {part.name: part for part in self.deformable[link]} | {link: self.deformable[link][0]}
         return self.substructures[link]
 
     def _attach(self, joint: Joint, inner: str, outer: str) -> None:
@@ -189,8 +189,8 @@ class _Builder:
         on_outer = joint.on_parent if backwards and joint.type != "fixed" else joint.on_child
         on_inner = joint.on_parent if not backwards and joint.type != "fixed" else joint.on_child
         parent = self.index[inner]
-        if inner in self.flexible:
-            parent = self.sections[section_at(self.flexible[inner], on_inner)]
+        if inner in self.deformable:
+            parent = self.sections[section_at(self.deformable[inner], on_inner)]
         if outer in self.bend:
             self._cut(outer, joint)
         at = on_inner - self.drawn[parent]
@@ -209,38 +209,38 @@ class _Builder:
         motion = self.driven.index(name) if name in self.driven else -1
         moving = bool(self.rows[parent]["moving"]) or (dof >= 0 and motion < 0)
         row: dict[str, Any] = {"type": kind, "dof": dof, "driven": motion, "sign": sign, "ux": axis[0], "uy": axis[1]}
-        flexible = self.substructures.get(link)
+        part = self.substructures.get(link)
         if link:
-            body = flexible.part if flexible else self.mechanism.link[link]
+            body = part.rod if part else self.mechanism.link[link]
             cx, cy = body.com - drawn
             row |= {"mass": body.mass, "cx": cx, "cy": cy, "inertia": body.inertia}
             self.index[link] = len(self.rows)
-        if flexible:
-            (ex, ey), modes = flexible.direction, flexible.modes
-            row |= {"modes": len(modes.names), "bends": modes.bending, "ex": ex, "ey": ey}
-            moving = moving or len(modes.names) > 0
+        if part:
+            ex, ey = part.direction
+            row |= {"shapes": part.size, "bends": part.bends, "ex": ex, "ey": ey}
+            moving = moving or part.size > 0
         self._row(parent, at, moving=moving, **row)
         self.drawn.append(np.array(drawn))
-        if flexible:
-            self._add_sections(flexible)
-        for part in self.flexible.get(link, ())[1:]:  # fixed to the ends of their carriers
+        if part:
+            self._add_sections(part)
+        for part in self.deformable.get(link, ())[1:]:  # fixed to the ends of their carriers
             parent = self.sections[section_at([self.substructures[part.carrier]], part.origin)]
             at = part.origin - self.drawn[parent]
             self._add("", parent, types.FIXED, 1.0, at, np.zeros(2), part.origin, part.name)
 
-    def _add_sections(self, flexible: FlexibleLink) -> None:
+    def _add_sections(self, part: DeformableBody) -> None:
         """Add the loaded massless sections of a substructure; `bodies` adds the others."""
-        self.index[flexible.name] = len(self.rows) - 1
-        for s in flexible.abscissas:
-            self.sections[flexible.name, s] = self.index[flexible.name]
-            if s in flexible.acting and flexible.moves(s):
-                self._add_section(flexible, s)
+        self.index[part.name] = len(self.rows) - 1
+        for s in part.abscissas:
+            self.sections[part.name, s] = self.index[part.name]
+            if s in part.acting and part.moves(s):
+                self._add_section(part, s)
 
-    def _add_section(self, flexible: FlexibleLink, s: float) -> None:
-        self.sections[flexible.name, s] = len(self.rows)
-        ux, uy = flexible.direction
-        self._row(self.index[flexible.name], s * flexible.direction, type=types.SECTION, moving=1, ux=ux, uy=uy)
-        self.drawn.append(flexible.origin + s * flexible.direction)
+    def _add_section(self, part: DeformableBody, s: float) -> None:
+        self.sections[part.name, s] = len(self.rows)
+        ux, uy = part.direction
+        self._row(self.index[part.name], s * part.direction, type=types.NODE, moving=1, ux=ux, uy=uy)
+        self.drawn.append(part.origin + s * part.direction)
 
     def _row(self, parent: int, at: Array, **values: Any) -> None:
         """Add a record of `linkages.mechanics.planar.record_types.BODY`, mounted at a place on its parent."""
@@ -249,7 +249,7 @@ class _Builder:
         self.rows.append(_USUAL | {"mount": (parent, *at)} | values)
 
     def bodies(self) -> Bodies:
-        """Return all bodies; assigns the modal coordinates after the joint coordinates.
+        """Return all bodies; assigns the shape coordinates after the joint coordinates.
 
         A section that never moves relative to its link's frame is the link itself.
         """
@@ -258,19 +258,19 @@ class _Builder:
             if s not in self.substructures[name].acting and self.substructures[name].moves(s):
                 self._add_section(self.substructures[name], s)
                 self.rows[-1]["detached"] = 1
-        substructures = [part for link in self.flexible.values() for part in link]
-        nm = max((len(flexible.modes.names) for flexible in substructures), default=0)
+        substructures = [part for link in self.deformable.values() for part in link]
+        nm = max((part.size for part in substructures), default=0)
         shapes = lane_array(len(self.rows), MATRIX + nm, nm)
-        for flexible in substructures:
-            body = self.index[flexible.name]
+        for part in substructures:
+            body = self.index[part.name]
             row = self.rows[body]
             row["eta"] = len(self.coordinates)
-            self.coordinates += flexible.coordinates
-            flexible.fill(shapes[body])
+            self.coordinates += part.coordinates
+            part.fill(shapes[body])
             along = row["cx"] * row["ex"] + row["cy"] * row["ey"]
             shapes[body, STRAIGHT, 0] = along, 0.0, np.sqrt(row["inertia"] / row["mass"]), 0.0
-            for s in flexible.abscissas:
-                if self.sections[flexible.name, s] != body:
-                    flexible.fill_section(s, shapes[self.sections[flexible.name, s]])
+            for s in part.abscissas:
+                if self.sections[part.name, s] != body:
+                    part.fill_section(s, shapes[self.sections[part.name, s]])
         records: Records = np.array([tuple(row.values()) for row in self.rows], types.BODY)
         return packed(Bodies(records, shapes))

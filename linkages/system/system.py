@@ -2,47 +2,113 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array, Records
+from linkages.base.brief import Brief, counted
 from linkages.base.errors import ARGUMENT
-from linkages.input.files.toml import Table, leaves, read_toml
-from linkages.input.files.unit_conversion import SLIDING, si_unit
-from linkages.input.model.check import names_first, without_lost_outputs
-from linkages.input.model.experiment import Experiment, load_experiment, value_unit
-from linkages.input.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
+from linkages.elements.analysis import Analysis
+from linkages.input.files.toml import Table, leaves
+from linkages.input.functions.definitions import Quantity
+from linkages.input.functions.recorded_tables import FromFile
+from linkages.input.model.capabilities import check_analysis
+from linkages.input.model.check import check
+from linkages.input.model.experiment import Experiment
+from linkages.input.model.experiment_tables import JointModel
+from linkages.input.model.mechanism import Frame, Link, Mechanism
+from linkages.input.model.skeleton import colors_of
 from linkages.laws import Registered, registered, restore
 from linkages.mechanics.planar.arrays import Arrays
-from linkages.mechanics.planar.elimination import Elimination, elimination_of
-from linkages.system.assembly import Assembly, assemble, balanced, independent, locking_couplings
-from linkages.system.beam_records import beam_records
+from linkages.mechanics.planar.loads import Loads
+from linkages.mechanics.planar.motion import Motions
+from linkages.system.assembly import Assembly, assemble, start_offsets
+from linkages.system.contacts import Contacts, contact_ends, contact_labels, contact_models
 from linkages.system.deflection import deflected
+from linkages.system.description import Description
+from linkages.system.drive_travel import drive_travel
 from linkages.system.equilibrium import resting_offsets
+from linkages.system.facts import facts
 from linkages.system.feedforward import with_feedforward
+from linkages.system.film_steps import film_steps, least_force
+from linkages.system.flexible_link import beam_records
+from linkages.system.ideal_linkage import IdealLinkage, motions_of, torques_of, tree_of
+from linkages.system.joints import SystemJoint, joints_of
+from linkages.system.law_records import ContactLaws, LawStates, contact_laws
 from linkages.system.lightness import check_lightness, first_alone
 from linkages.system.load_records import Packed, pack_loads
+from linkages.system.masses import with_rotors
+from linkages.system.memory import Memory
+from linkages.system.model_arrays import make_arrays, with_contacts, with_ideal_joints
+from linkages.system.parts import NamedElements
+from linkages.system.rates import drive_rate, swing_rate
+from linkages.system.replacing import same_start, unit_of, with_values
+from linkages.system.settings import Settings
 from linkages.system.tree import Tree
-from linkages.system.unassembled import Unassembled
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class System(Unassembled):
+class System(Brief):
     """A mechanism and an experiment that fit each other, as plain arrays.
 
-    Use `load` to make one from files and `replaced` to vary values. Each property is computed at its first use and then
-    kept. nc is the number of contacts: a journal with clearance is one, a guide with clearance has four.
+    Use `load` to make one from files and `replaced` to vary values. Each property is computed at its first use, by one
+    function of those before it, and then kept. nc is the number of contacts: a journal with clearance is one, a guide
+    with clearance has four.
 
     Attributes
     ----------
-    mechanism : Mechanism
-    experiment : Experiment
+    mechanism, experiment
+        The input. All other fields are made of it (`linkages.system.facts`): later steps ask them, not the input.
+    settings : Settings
+        Of a run.
+    description : Description
+        Names and files.
+    links : mapping of str to Link
+        In the reference configuration, as all geometry here.
+    frames, points, places : tuple or mappings of str to Frame
+        Named frames; these and the links' frames; everything with a position: points and joints.
+    basis : (3, 3) array
+        x_P, y_P and normal of the plane in world axes, as columns.
+    machine_values : mapping of str to float
+        Replaceable numbers of the machine by path without ``sdf.``, in SI units.
+    parts : mapping of str to dicts
+        Named elements by table and name, see `linkages.system.parts`.
+    named_loads, acting : tuples of (str, str)
+        Table and name of the applied loads, in the order of their records; of all elements that act, those that are
+        derived from other tables included.
+    wheels : mapping of str to float
+        Moments of inertia of wheels that drives turn before their joints, by the joint [kg m2].
+    drives : mapping of str to Drive
+        By joint.
+    actuators : sequence of str
+        The drives that act, see `Drive.acts`, and the motors.
+    functions_read : collection of str
+        Names that functions of elements read.
+    ramp : float
+        Longest time of a drive's smooth start [s]; zero without one.
+    play : tuple of str
+        Clearance joints, in the order of the experiment.
+    imperfect : bool
+        Whether the linkage differs from the ideal one: by clearance, backlash or deformation.
+    can_touch : bool
+        Whether anything can be in contact: in dry or mixed joints, at limits, or of points with lines.
+    values : mapping of str to float
+        Numbers for formulas, in SI units.
+    unread_states : collection of str
+        Additional states that no formula reads, such as a motor's energy.
+    recorded : mapping of str to FromFile
+        Drives and loads that take their signal from a data file, by path.
+    start_states, state_scales : (nz,) arrays
+        Additional states at t = 0; magnitudes in parts of which their errors count.
+    mass : float
+        Of all links [kg].
+    gravity : (2,) array
+        In plane axes [m/s2].
 
     Raises
     ------
@@ -60,7 +126,46 @@ class System(Unassembled):
     0.0001
     """
 
-    _twin: System | None = field(default=None, repr=False)
+    mechanism: Mechanism
+    experiment: Experiment
+    settings: Settings = field(init=False)
+    description: Description = field(init=False)
+    links: Mapping[str, Link] = field(init=False)
+    frames: tuple[Frame, ...] = field(init=False)
+    points: Mapping[str, Frame] = field(init=False)
+    places: Mapping[str, Frame] = field(init=False)
+    basis: Array = field(init=False)
+    machine_values: Mapping[str, float] = field(init=False)
+    parts: NamedElements = field(init=False)
+    named_loads: tuple[tuple[str, str], ...] = field(init=False)
+    acting: tuple[tuple[str, str], ...] = field(init=False)
+    wheels: Mapping[str, float] = field(init=False)
+    drives: Mapping[str, Any] = field(init=False)
+    actuators: Sequence[str] = field(init=False)
+    functions_read: Collection[str] = field(init=False)
+    ramp: float = field(init=False)
+    play: tuple[str, ...] = field(init=False)
+    imperfect: bool = field(init=False)
+    can_touch: bool = field(init=False)
+    values: Mapping[str, float] = field(init=False)
+    unread_states: Collection[str] = field(init=False)
+    recorded: Mapping[str, FromFile] = field(init=False)
+    start_states: Array = field(init=False)
+    state_scales: Array = field(init=False)
+    mass: float = field(init=False)
+    gravity: Array = field(init=False)
+    _twin: System | None = None
+    _memory: Memory = field(default_factory=Memory, kw_only=True)
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        mechanism, experiment = self.mechanism._facts(), self.experiment._facts()
+        title = self.experiment.title or self.experiment.source.stem
+        parts = counted(len(self.mechanism.links), "link"), counted(len(self.mechanism.joints), "joint")
+        return f"{title}; {', '.join(parts)}, {self.experiment.duration:g} s", {**experiment[1], **mechanism[1]}
+
+    def __post_init__(self) -> None:
+        check(self.mechanism, self.experiment)
+        vars(self).update(facts(self.mechanism, self.experiment))  # the dataclass is frozen
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the input and user-defined laws; another process computes its own arrays."""
@@ -104,22 +209,12 @@ class System(Unassembled):
         """
         if not values:
             return self
-        with names_first(lambda: self.mechanism):
-            experiment = self.experiment.replaced(values, origin)
-        machine = [path.removeprefix("sdf.") for path in values if path.partition(".")[0] == "sdf"]
-        with faults_of_values(experiment):
-            if "mechanism" in values:
-                mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
-            else:
-                mechanism = self.mechanism.replaced(experiment.sdf_overrides, machine)
-        offsets = [{name: e.joints[name].offset for name in e.play} for e in (experiment, self.experiment)]
-        experiment = without_lost_outputs(mechanism, experiment, values)
-        same_start = all(map(keeps_start, values)) and offsets[0] == offsets[1] and experiment.start == "centred"
-        same_start = same_start and not experiment.flexible
-        return System(mechanism, experiment, (self._twin or self) if same_start else None, _memory=self._memory)
+        mechanism, experiment = with_values(self.mechanism, self.experiment, values, origin)
+        twin = (self._twin or self) if same_start(self.experiment, experiment, values) else None
+        return System(mechanism, experiment, twin, _memory=self._memory)
 
     def ideal(self) -> System:
-        """Return the system with every joint ideal and every link rigid.
+        """Return the system with every joint and element ideal: without clearance, backlash and deformation.
 
         Examples
         --------
@@ -164,44 +259,203 @@ class System(Unassembled):
         >>> linkages.load(linkages.find_file("seven_bar.toml")).value_unit("drives.O1.speed")
         'rad/s'
         """
-        unit = value_unit(path) or self.mechanism.units.get(path.removeprefix("sdf."), "")
-        if path.startswith("values."):
-            return si_unit(str(self.experiment.texts.get(path)))
-        kind, _, rest = path.partition(".")
-        name = rest.partition(".")[0]
-        tables = getattr(self.experiment, kind, None)
-        table = tables.get(name) if isinstance(tables, Mapping) else None
-        joint = self.mechanism.joint.get(getattr(table, "joint", None) or name) if table is not None else None
-        return SLIDING.get(unit, unit) if joint is not None and joint.type == "prismatic" else unit
+        return unit_of(self.mechanism, self.experiment, path)
+
+    def check_analysis(self, analysis: Analysis) -> None:
+        """Refuse an analysis that does not support a model of this system, see `linkages.input.model.capabilities`."""
+        check_analysis(self.experiment, analysis)
+
+    @property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """Return states, formulas of motors and controllers, and values, by their names in formulas."""
+        return self.experiment.quantities
+
+    @property
+    def own_states(self) -> Mapping[str, Quantity]:
+        """Return the additional states by name, in the order of the state vector."""
+        return self.experiment.own_states
+
+    def sampling_times(self, end: float) -> Array:
+        """Return the times after t = 0 and up to an end at which states are sampled [s]."""
+        return self.experiment.sampling_times(end)
+
+    def slides(self, joint: str) -> bool:
+        """Tell whether a joint is prismatic."""
+        return self.mechanism.slides(joint)
+
+    # -- names and places ------------------------------------------------------------------------------
+
+    @cached_property
+    def joints(self) -> dict[str, SystemJoint]:
+        """Return the joints by name, with their places in the reference configuration, and clearances."""
+        return joints_of(self.mechanism, self.experiment)
+
+    @cached_property
+    def colors(self) -> dict[str, str]:
+        """Return the colours of links, frames and joints by name, as ``#rrggbb``."""
+        return colors_of(self.mechanism)
+
+    # -- the linkage with ideal joints -----------------------------------------------------------------
 
     @cached_property
     def tree(self) -> Tree:
         """Build the spanning tree, or take the tree of a system that differs in the laws of joints alone."""
         twin = self._twin
-        return twin.tree if twin is not None and twin.mechanism is self.mechanism else super().tree
+        if twin is not None and twin.mechanism is self.mechanism:
+            return twin.tree
+        return tree_of(self.mechanism, self.experiment)
 
-    # -- assembly ----------------------------------------------------------------------------------
+    @cached_property
+    def motions(self) -> Motions:
+        """Return the prescribed motions of the tree's driven joints."""
+        drives = tuple(self.drives[name] for name in self.tree.driven)
+        return self._memory(motions_of, drives, self.values)
+
+    @cached_property
+    def torques(self) -> Motions:
+        """Return the torque histories of the tree's powered joints."""
+        return self._memory(torques_of, tuple(self.drives[name] for name in self.tree.powered))
+
+    @cached_property
+    def packed(self) -> Packed:
+        """Return elements and applied loads as records of the kernels."""
+        return pack_loads(self.tree, self.experiment, with_feedforward(self.mechanism, self.experiment))
+
+    @property
+    def loads(self) -> Loads:
+        """Return the applied loads as records of the kernels."""
+        return self.packed.loads
+
+    @property
+    def elements(self) -> Any:
+        """Return the elements as records of the kernels, `linkages.elements.machine.Elements`."""
+        return self.packed.elements
+
+    @property
+    def ideal_linkage(self) -> IdealLinkage:
+        """Return the linkage with ideal joints, and what moves it."""
+        return IdealLinkage(self.tree, self.motions, self.torques, self.packed, self.start_states, self.gravity)
+
+    # -- contacts --------------------------------------------------------------------------------------
+
+    @cached_property
+    def contacts(self) -> tuple[tuple[str, str], ...]:
+        """Return owner and label of each contact: clearance joints (`Tree.contacts`), limits, points at lines."""
+        return contact_labels(self.tree, self.experiment)
+
+    @cached_property
+    def film_steps(self) -> dict[str, float]:
+        """Return the longest film step of each clearance joint whose film has a history [s]."""
+        return film_steps(self.experiment, self.drive_rate)
+
+    @cached_property
+    def models(self) -> tuple[JointModel, ...]:
+        """Return the joint model of each contact; a film with history has its longest step, and its accuracy if any."""
+        return contact_models(self.tree, self.experiment, self.film_steps)
+
+    @cached_property
+    def ends(self) -> Records:
+        """Return both ends of each contact: `Tree.ends` with worn profiles, limits, points at lines."""
+        return contact_ends(self.tree, self.experiment, self.models)
+
+    @cached_property
+    def _contact_laws(self) -> ContactLaws:
+        joints = self.mechanism.joint
+        bearings = tuple(joints[name].bearing if name in joints else None for name, _ in self.contacts)
+        way = self.tree.extent, self.drive_rate, self.gravity, self.mass
+        return self._memory(contact_laws, bearings, self.models, least_force(*way) if self.film_steps else 0.0)
+
+    @property
+    def _contact_records(self) -> Contacts:
+        return Contacts(self.ends, self._contact_laws)
+
+    @property
+    def laws(self) -> Records:
+        """Return the law records (`linkages.laws.PARAMETERS`) of the contacts, (nc,)."""
+        return self._contact_laws.records
+
+    @property
+    def tables(self) -> Array:
+        """Return one line per contact: the map of its finite film, or its cells; the profiles of a worn joint last."""
+        return self._contact_laws.tables
+
+    @property
+    def film_limits(self) -> Array:
+        """Return the largest eccentricity ratio that the film of each contact covers, (nc,)."""
+        return self._contact_laws.film_limits
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Return which contacts can touch, (nc,)."""
+        return self._contact_laws.touching
+
+    @property
+    def reach(self) -> Array:
+        """Return the eccentricity at which a journal leaves its film, (nc,) [m], see `Contacts.reach`."""
+        return self._contact_records.reach
+
+    @property
+    def rods(self) -> tuple[Records, Records, Records]:
+        """Return the deformable bodies as records of their internal forces, their stations, and the shapes at these."""
+        return beam_records(self.tree)
+
+    @property
+    def law_states(self) -> LawStates:
+        """Return the continuous states of the contacts' laws."""
+        return self._contact_laws.states
+
+    @property
+    def stiff(self) -> bool:
+        """Check whether films, states of laws or shapes make the equations stiff; dry contact does not."""
+        return (
+            any(model.has_film for model in self.models) or len(self.law_states.names) > 0 or bool(self.tree.deformable)
+        )
+
+    @property
+    def starts_unloaded(self) -> bool:
+        """Whether the start follows from lengths and motions alone: no equilibrium, no deformation under loads."""
+        return self.experiment.start == "centred" and not self.experiment.deforming
+
+    # -- the start, and rates before a run -------------------------------------------------------------
+
+    @cached_property
+    def drive_rate(self) -> float:
+        """Return the largest rate of a prescribed motion [rad/s or m/s]; zero without drives."""
+        return drive_rate(self.tree, self.experiment)
+
+    @cached_property
+    def drive_travel(self) -> float:
+        """Return the fastest drive's travel at its largest rate [rad or m], see `linkages.system.drive_travel`."""
+        return drive_travel(self.motions, self.settings.duration)
 
     @cached_property
     def motion_rate(self) -> float:
         """Estimate the rate of the motion before a run [rad/s]."""
-        return self.drive_rate if self.drive_rate > 0.0 else self.swing_rate(self.assembly.v)
+        if self.drive_rate > 0.0:
+            return self.drive_rate
+        return swing_rate(self.tree, self.experiment, self.mass, self.gravity, self.assembly.v)
+
+    @property
+    def start_offsets(self) -> Array:
+        """Return the values (nr,) of the closure rows at the start: journals' offsets, places in the backlash."""
+        return start_offsets(self.tree, self.experiment)
 
     @cached_property
     def assembly(self) -> Assembly:
         """Assemble the ideal linkage at t = 0, with consistent velocities; AssemblyError if this is impossible."""
         if self._twin is not None:
             return self._twin.assembly
-        whole = partial(assemble, self.tree, self.experiment, self.motions, self.packed)
-        resting = self.experiment.start == "equilibrium" and self.tree.play
-        straight = whole(resting_offsets(self, whole)) if resting else whole()
-        check_lightness(self.tree, self._given_masses, straight.q)
-        return deflected(self, straight) if self.tree.flexible else straight
+        linkage, experiment = self.ideal_linkage, self.experiment
+        whole = partial(assemble, linkage.tree, experiment, linkage.motions, linkage.packed)
+        resting = experiment.start == "equilibrium" and linkage.tree.play
+        start = whole(resting_offsets(linkage, self._contact_records, experiment.source, whole)) if resting else whole()
+        check_lightness(linkage.tree, self._given_masses, start.q)
+        return deflected(linkage, start, experiment.source)
 
-    @cached_property
-    def locking_couplings(self) -> list[int]:
-        """Find the couplings, by index, that contradict each other or the loops; see `assembly.locking_couplings`."""
-        return locking_couplings(self.tree, self.tree.loop_rows, self.assembly.q)
+    @property
+    def determinate(self) -> bool:
+        """Check whether the prescribed drives alone determine the ideal motion, and no states its forces."""
+        return self.assembly.mobility == len(self.tree.driven) and not self.own_states
 
     @property
     def has_light_links(self) -> bool:
@@ -215,117 +469,28 @@ class System(Unassembled):
     @cached_property
     def _given_masses(self) -> Mechanism:
         """Return the mechanism with the masses of the file, without negligible ones."""
-        return self.mechanism.with_inertial(self.rotors)
+        return with_rotors(self.mechanism, self.experiment)
 
-    @property
-    def determinate(self) -> bool:
-        """Check whether the prescribed drives alone determine the ideal motion, and no states its forces."""
-        return self.assembly.mobility == len(self.tree.driven) and not self.experiment.own_states
-
-    @cached_property
-    def packed(self) -> Packed:
-        """Return elements and applied loads as records of the kernels."""
-        return pack_loads(self.tree, self.experiment, with_feedforward(self))
-
-    # -- arrays of the kernels ---------------------------------------------------------------------------------
+    # -- arrays of the kernels -------------------------------------------------------------------------
 
     @cached_property
     def arrays(self) -> Arrays:
         """Return all arrays that kernels read; systems that differ in the laws of joints alone share the others."""
-        tree, twin = self.tree, self._twin
-        joints = self.laws, self.tables, self.largest_ratios, self.touching.astype(np.int64), self.law_states.places
-        if twin is not None and self._differs_in_laws_alone:
-            names = "ends", "laws", "tables", "limits", "touching", "law_states"
-            own: dict[str, Any] = dict(zip(names, map(np.ascontiguousarray, (self.ends, *joints)), strict=True))
-            return twin.arrays._replace(**own)
-        moved = tree.driven_dofs, tree.powered_dofs
-        dofs = tree.free_dofs, *moved, *map(tree.bodies_of, moved)
-        applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *beam_records(tree), self.gravity
-        # calls by address assume contiguous arrays without a check
-        rest = map(np.ascontiguousarray, (self.ends, tree.joint_records(), *joints, *dofs, *applied))
-        bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
-        return Arrays._make(
-            [*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, self.elements, tree.extent]
-        )
+        if self._twin is not None and self._differs_in_laws_alone:
+            return with_contacts(self._twin.arrays, self._contact_records)
+        return make_arrays(self.ideal_linkage, self._contact_records, self.assembly.q, self.motion_rate)
 
     @property
     def _differs_in_laws_alone(self) -> bool:
         """Whether nothing but the laws of joints differs from the twin."""
         return self._twin is not None and self._twin.tree is self.tree
 
-    def _closed_by(self, rows: Records, free: NDArray[np.int64]) -> tuple[Records, Elimination]:
-        """Return the rows, and how their reactions are eliminated in free coordinates."""
-        if not len(rows):
-            return rows, elimination_of(self.tree.bodies, rows, 0, free)
-        rank = independent(self.tree, rows, self.assembly.q, free)
-        elimination = elimination_of(self.tree.bodies, rows, rank, free)
-        return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), elimination
-
     @cached_property
     def ideal_arrays(self) -> Arrays:
         """Return the same arrays with every joint ideal, closed by `Tree.closure_rows`."""
-        tree = self.tree
-        rows, elimination = self._closed_by(tree.closure_rows, tree.closing_dofs)
-        return self.arrays._replace(
-            rows=rows,
-            elimination=elimination,
-            ends=self.ends[:0],
-            joints=tree.joint_records(ideal=True),
-            free=tree.closing_dofs,
-        )
-
-    @property
-    def stiff(self) -> bool:
-        """Check whether films, states of laws or modes make the equations stiff; dry contact does not."""
-        return (
-            any(model.has_film for model in self.models) or len(self.law_states.names) > 0 or bool(self.tree.flexible)
-        )
-
-
-def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> System:
-    """Read an experiment and its mechanism, and check their consistency.
-
-    Parameters
-    ----------
-    path : str or Path
-        The TOML file.
-    overrides : mapping, optional
-        Values by dotted path that override the files; see `System.replaced`.
-    origin : str
-        Origin of the overrides, named in errors and as the source of their values.
-
-    Raises
-    ------
-    InputError
-        If the input is invalid: one line with file, element or key, and reason.
-
-    Examples
-    --------
-    >>> import linkages
-    >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.5})
-    >>> system.experiment.duration
-    0.5
-    """
-    with names_first(lambda: _mechanism_of(Path(path), overrides or {})):
-        experiment = load_experiment(path, overrides, origin)
-    with faults_of_values(experiment):
-        mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
-    return System(mechanism, without_lost_outputs(mechanism, experiment, overrides or ()))
-
-
-def _mechanism_of(path: Path, overrides: Mapping[str, Any]) -> Mechanism:
-    """Return the mechanism of an experiment's file that may be faulty."""
-    data = read_toml(path)[0] | dict(overrides)
-    return load_mechanism(path.parent / str(data.get("mechanism", "")))
+        return with_ideal_joints(self.arrays, self.tree, self.assembly.q)
 
 
 def _restored(mechanism: Mechanism, experiment: Experiment, laws: tuple[Registered, ...]) -> System:
     restore(laws)
     return System(mechanism, experiment)
-
-
-def keeps_start(path: str) -> bool:
-    """Check whether a path names a mass or a joint's law, which do not affect the start."""
-    if path.startswith("sdf."):
-        return is_inertial(path.removeprefix("sdf."))
-    return path.startswith("joints.") and ".offset" not in path

@@ -25,7 +25,7 @@ from linkages.mechanics.planar import record_types as types
 from linkages.mechanics.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
 from linkages.mechanics.planar.closure import closure_error
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
-from linkages.system.flexible_link import FlexibleLink, section_at
+from linkages.system.deformable import DeformableBody, section_at
 
 #: Closure rows of a cut joint.
 ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
@@ -80,7 +80,7 @@ class Tree:
     The world comes first among the bodies, then parents before children. A link that floats on clearance joints, or
     that a joint with clearance and a drive carries, follows two massless bodies; the massless sections of flexible
     links come last. Coordinates have the name of a joint, ``link.x``, ``link.y``, ``link.angle`` of a floating link, or
-    names of `linkages.system.spanning.freedoms`; then follow modal coordinates, ``link.bending1``. A link that is not
+    names of `linkages.system.spanning.freedoms`; then follow shape coordinates, ``link.bending1``. A link that is not
     divided is its only substructure; else its name in `index` is the body that its joint carries, and the names of the
     other substructures follow.
     """
@@ -95,7 +95,7 @@ class Tree:
     loops: tuple[str, ...]  # ideal joints cut to open the remaining loops
     driven: tuple[str, ...]  # joints with a prescribed motion
     powered: tuple[str, ...]  # joints with an applied torque
-    flexible: Mapping[str, Sequence[FlexibleLink]]  # substructures of the flexible links, by link
+    deformable: Mapping[str, Sequence[DeformableBody]]  # substructures of the deformable links, by link
     sections: Mapping[tuple[str, float], int]  # bodies of sections, by substructure and abscissa on its beam [m]
     acting: int  # number of bodies without the unloaded sections at the end, which only outputs read
     coupled: Mapping[str, Coupled] = field(default_factory=dict)  # joints with coupled coordinates, by element
@@ -153,9 +153,16 @@ class Tree:
         return len(self.coordinates)
 
     @cached_property
-    def substructures(self) -> dict[str, FlexibleLink]:
-        """Return the substructures of all flexible links, by name (the link's name if it is not divided)."""
-        return {part.name: part for link in self.flexible.values() for part in link}
+    def substructures(self) -> dict[str, DeformableBody]:
+        """Return the substructures of all deformable links, by name (the link's name if it is not divided)."""
+        return {part.name: part for link in self.deformable.values() for part in link}
+
+    def deformable_at(self, body: int) -> str:
+        """Return the deformable link that a body, or the body of a node, belongs to; empty if it is none."""
+        record = self.bodies.records[body]
+        carrier = int(record["mount"]["body"]) if record["type"] == types.NODE else body
+        owned = ((link, part.name) for link, parts in self.deformable.items() for part in parts)
+        return next((link for link, part in owned if self.index[part] == carrier), "")
 
     @cached_property
     def loop_rows(self) -> Records:
@@ -278,13 +285,13 @@ class Tree:
     @cached_property
     def joint_dofs(self) -> NDArray[np.int64]:
         """Return the coordinates of joints and floating links, without modes and hinges."""
-        count = self.size - len(self.modal_frequencies)
+        count = self.size - len(self.shape_frequencies)
         return np.array([k for k in range(count) if self.coordinates[k] not in self.hinges], dtype=np.int64)
 
     @cached_property
-    def modal_frequencies(self) -> Array:
-        """Return the frequency of each mode alone [rad/s]; modal coordinates are the last ones."""
-        parts = [part.modes.frequencies for link in self.flexible.values() for part in link]
+    def shape_frequencies(self) -> Array:
+        """Return the frequency of each shape alone [rad/s]; shape coordinates are the last ones."""
+        parts = [part.frequencies for link in self.deformable.values() for part in link]
         return np.concatenate([np.zeros(0), *parts])
 
     @cached_property
@@ -308,20 +315,20 @@ class Tree:
 
     @cached_property
     def undeforming_bodies(self) -> Bodies:
-        """Return the bodies with immobile modes."""
-        return self._with_modal_masses(lambda stiffnesses: _IMMOBILE)
+        """Return the bodies with immobile shapes."""
+        return self._with_shape_masses(lambda stiffnesses: _IMMOBILE)
 
     def stiff_bodies(self, rate: float) -> Bodies:
-        """Return the bodies with modal masses increased by stiffness over the square of a rate [rad/s].
+        """Return the bodies with masses of their shapes increased by stiffness over the square of a rate [rad/s].
 
         A change that is small relative to the kinetic energy of motions at that rate is then small relative to the
         strain energy too.
         """
-        return self._with_modal_masses(lambda stiffnesses: stiffnesses / rate**2)
+        return self._with_shape_masses(lambda stiffnesses: stiffnesses / rate**2)
 
-    def _with_modal_masses(self, added: Callable[[Array], Array | float]) -> Bodies:
-        """Return the bodies with added modal masses: a function of the modal stiffnesses (n, nm)."""
-        shapes, bends = self.bodies.shapes.copy(), self.bodies.records["modes"] > 0
+    def _with_shape_masses(self, added: Callable[[Array], Array | float]) -> Bodies:
+        """Return the bodies with added masses of their shapes: a function of the stiffnesses (n, nm)."""
+        shapes, bends = self.bodies.shapes.copy(), self.bodies.records["shapes"] > 0
         if not bends.any():
             return self.bodies
         shapes[bends, ELASTIC, :, LOCK] = added(shapes[bends, ELASTIC, :, STIFFNESS])
@@ -362,18 +369,20 @@ class Tree:
 
     def _body_at(self, link: str, point: Array) -> int:
         """Return the body that carries a reference point on a link: the link, or a section of a flexible one."""
-        if link in self.flexible:
-            return self.sections[section_at(self.flexible[link], point)]
+        if link in self.deformable:
+            return self.sections[section_at(self.deformable[link], point)]
         return self.index[link]
 
     @cached_property
     def _origins(self) -> list[list[float]]:
         return self.drawn.tolist()
 
-    def beam_ends(self, link: str) -> tuple[int, int]:
-        """Return the bodies of the sections at the first and last end of a flexible link's beam."""
-        beam = self.mechanism.beam[link]
-        return self.marker(link, beam.start)[0], self.marker(link, beam.end)[0]
+    def ends_of(self, link: str) -> tuple[int, int]:
+        """Return the bodies of the nodes at the first and last end of a deformable link."""
+        parts = sorted(self.deformable[link], key=lambda part: part.first + part.ends[0])
+        ends = (parts[0], parts[0].ends[0]), (parts[-1], parts[-1].ends[1])
+        first, last = (self.sections[part.name, part.nearest(end)] for part, end in ends)
+        return first, last
 
     def named_marker(self, name: str) -> tuple[int, float, float]:
         """Return the marker of the origin of a link or frame, or of a joint's place on its child."""

@@ -15,4 +15,5 @@
 | line_search     | how far along a step, with its return to the constraints                         |
 | quadratic_model | minimum of the quadratic model within bounds, and its update                     |
 | curvature       | second-order condition: a maximum or a saddle is left                            |
+| numerics        | numbers that tune them and are no settings, with unit and effect                 |
 """

@@ -28,14 +28,11 @@ from linkages.base.arrays import Indices
 from linkages.input.files.toml import NonNegative, Positive, Table
 from optim.algorithms.archive import Archive, latin_hypercube
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
+from optim.algorithms.numerics import GA_EQUAL, GA_TOURNAMENT, GA_VIOLATION, GA_WORST
 from optim.algorithms.pareto import ranks
 
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
-_TOURNAMENT = 4  # designs of a tournament, drawn from elites and children
-_EQUAL = 1e-14  # difference of genes that are not crossed
-_WORST = 1e5  # scaled objective that no feasible design exceeds
-_VIOLATION = 1e9  # violation that no infeasible design exceeds, half of the value for a failed one
 
 # pygad logs exceptions; callers get the exceptions themselves
 _silent = logging.getLogger("optim.algorithms.ga")
@@ -107,9 +104,9 @@ def scale_of(values: Values, tolerance: float) -> tuple[Array, Array]:
 
 def fitness_of(values: Values, least: Array, span: Array, tolerance: float) -> Array:
     """Compute the fitness that pygad maximises, (m, no), or (m,) for one objective; see the head of the module."""
-    violation = np.where(values.failed, 2.0 * _VIOLATION, np.minimum(values.violation, _VIOLATION))[:, None]
-    scaled = np.minimum((values.objectives - least) / span, _WORST)
-    scaled = np.where(values.feasible(tolerance)[:, None], scaled, _WORST * (1.0 + violation))
+    violation = np.where(values.failed, 2.0 * GA_VIOLATION, np.minimum(values.violation, GA_VIOLATION))[:, None]
+    scaled = np.minimum((values.objectives - least) / span, GA_WORST)
+    scaled = np.where(values.feasible(tolerance)[:, None], scaled, GA_WORST * (1.0 + violation))
     return -(scaled[:, 0] if scaled.shape[1] == 1 else scaled)
 
 
@@ -157,7 +154,7 @@ class _Pygad(pygad.GA):
     def _crossed(self, a: float, b: float) -> float:
         """Return one of the two values of bounded simulated binary crossover."""
         low, high, power = min(a, b), max(a, b), self.sbx_crossover_eta + 1.0
-        if high - low < _EQUAL:
+        if high - low < GA_EQUAL:
             return a
         alpha = 2.0 - pow(1.0 + 2.0 * min(low, 1.0 - high) / (high - low), -power)
         part: float = self.numpy_random_generator.random()
@@ -210,7 +207,7 @@ class _Run:
             init_range_low=0.0,
             init_range_high=1.0,
             parent_selection_type="tournament",
-            K_tournament=_TOURNAMENT,
+            K_tournament=GA_TOURNAMENT,
             keep_elitism=self.elites,
             keep_parents=0,
             crossover_type="sbx",

@@ -32,6 +32,31 @@ WRITES = {
     "identify --plan": ("plan.json",),
 }
 
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("short_film.toml", "short_dry.toml")
+_SHORT = """experiment = "slider_crank_{kind}.toml"
+[data.run]
+file = "short.csv"
+[data.run.columns.acceleration]
+output = "slider.ax"
+deviation = 1.0
+[unknowns.clearance]
+path = "joints.B.clearance"
+lower = 1e-4
+upper = 1e-3
+[unknowns.mass]
+path = "sdf.links.slider.mass"
+lower = 0.1
+upper = 0.3
+[fit]
+time = 1.0
+"""
+SHORT_FILES = {
+    "short_film.toml": _SHORT.format(kind="lubricated"),
+    "short_dry.toml": _SHORT.format(kind="dry"),
+    "short.csv": "time,acceleration\n" + "".join(f"{1e-4 * k},{-260.0 - k}\n" for k in range(20)),
+}
+
 EXAMPLES = """examples:
   linkages identify press.toml --out results/press
   linkages identify press.toml --plan
@@ -107,20 +132,26 @@ def _identify(task: Identification, options: argparse.Namespace) -> int:
             from optim.report.identification import write_identification
 
             write_identification(found, folder, presentation().format)
+        from optim.report.tables import identified
+
         table = format_identification(found)
         question = "Which values explain the measurements, and how certain are they?"
-        record(options, folder, found["title"], question, _answer(found), table)
+        record(options, folder, found["title"], question, _answer(found), table, *identified(found)[::-1])
     print_results(options, table, out)
     return 0
 
 
 def _answer(found: IdentificationResult) -> list[str]:
+    from linkages.show.plots.names import name_of_value
+    from linkages.show.plots.quantities import quantity
+
     said = []
-    for name, one in found["parameters"].items():
+    for one in found["parameters"].values():
+        name, si = name_of_value(one["path"]), one["unit"] or "1"
         if one["interval"]:
-            low, high = one["interval"]
-            said.append(f"{name} is {one['value']:.4g} {one['unit']}, in 95 % of cases {low:.4g} to {high:.4g}.")
+            low, high = (quantity(end, si) for end in one["interval"])
+            said.append(f"The {name} is {quantity(one['value'], si)}, in 95 % of cases {low} to {high}.")
         else:
-            said.append(f"{name} is not identifiable from these measurements.")
+            said.append(f"The {name} is not identifiable from these measurements.")
     said.append(f"{found['assumed'][0].upper()}{found['assumed'][1:]}.")
     return said + [f"{warning[0].upper()}{warning[1:]}." for warning in found["warnings"]]

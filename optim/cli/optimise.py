@@ -12,6 +12,7 @@ from linkages import InputError
 from linkages.base.errors import listed
 from linkages.base.packages import check_installed
 from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, workers, written
+from linkages.cli.printing import show
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 from linkages.show.plots.presentation import presentation
@@ -28,6 +29,29 @@ if TYPE_CHECKING:
 
 HELP = "find the best design of a linkage; can be stopped and resumed"
 WRITES = {"optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png")}
+
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("short_search.toml", "short_gradient.toml")
+_SHORT = """experiment = "seven_bar.toml"
+[set]
+duration = 0.02
+[variables.oil]
+path = "joints.A.viscosity"
+lower = 0.05
+upper = 0.6
+[variables.length]
+path = "sdf.frames.link2_C.pose.x"
+lower = 0.179
+upper = 0.181
+[objectives.force]
+unit = "N"
+terms = [{ functional = "peak", output = "A.force" }]
+[algorithm]
+"""
+SHORT_FILES = {
+    "short_search.toml": f'{_SHORT}name = "ga"\npopulation = 4\ngenerations = 1\n',
+    "short_gradient.toml": f'{_SHORT}name = "grg"\niterations = 1\nderivatives = "sensitivities"\n',
+}
 
 EXAMPLES = """examples:
   linkages optimise sevenbar_force.toml
@@ -102,8 +126,8 @@ def run(options: argparse.Namespace) -> int:
         write_table(results, root / TABLE)
         table = format_table(results)
         record(options, root, "Several studies", "Which designs are best?", ["The table lists every run."], table)
-        print(table + "\n")
-    print(written(root, sorted(p.name for p in root.iterdir() if p.name[0] != "." and p.suffix != ".lock")))
+        show(table + "\n")
+    show(written(root, sorted(p.name for p in root.iterdir() if p.name[0] != "." and p.suffix != ".lock")))
     return 0
 
 
@@ -164,6 +188,7 @@ def _solve(
     from optim.evaluate.evaluator import Evaluator
     from optim.report.observe import Observer
     from optim.report.result import format_result, result_answer
+    from optim.report.tables import optimised
     from optim.search.optimise import optimise
 
     study = job.study
@@ -194,8 +219,10 @@ def _solve(
         write_pareto_front(study, result, job.folder / f"{FRONT}.{presentation().format}")
     table = format_result(study, result)
     question = f"Which design is best: {listed(study.label(name) for name in result.best.objectives)}?"
-    record(options, job.folder, study.title, question, result_answer(study, result), table)
-    print(table + "\n")
+    record(
+        options, job.folder, study.title, question, result_answer(study, result), table, *optimised(study, result)[::-1]
+    )
+    show(table + "\n")
     if options.verify:
         from optim.search.verification import format_verification, verify
 
@@ -203,9 +230,9 @@ def _solve(
         verified = verify(study, result.best, options.threads, progress_bar("Drake"))
         result = result.model_copy(update={"verification": verified})
         write_json(job.folder / RESULT, result)
-        print(format_verification(verified) + "\n")
+        show(format_verification(verified) + "\n")
     else:
-        print("not yet run again on Drake: give --resume --verify\n")
+        show("not yet run again on Drake: give --resume --verify\n")
     return result
 
 
@@ -214,7 +241,7 @@ def _check(study: Study, design: Array, evaluator: Evaluator, where: str) -> dic
     from optim.search.derivative_check import check_derivatives, format_derivative_check
 
     report = check_derivatives(study, design, evaluator)
-    print(format_derivative_check(study, report, where) + "\n")
+    show(format_derivative_check(study, report, where) + "\n")
     if not report["agrees"]:
         print(f"warning: derivatives at the {where} differ from differences of designs", file=sys.stderr)
     return report

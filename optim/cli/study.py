@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
 from linkages.cli.options import add_out, add_pictures, output_folder, print_results, record
+from linkages.cli.printing import show
 from linkages.input.files.writing import write_json
 from linkages.show.plots.presentation import presentation
 from optim.cli.seeds import seeds_of
@@ -60,11 +61,11 @@ def run(options: argparse.Namespace) -> int:
 
     with read_store(options.file) as store:
         if options.action == "show":
-            print(format_store(store))
+            show(format_store(store))
             return 0
         out = options.out or options.file.with_name("evaluations.csv")
         rows = export(store, out)
-    print(f"{rows} designs written to {out}")
+    show(f"{rows} designs written to {out}")
     return 0
 
 
@@ -83,27 +84,35 @@ def _sensitivity(options: argparse.Namespace) -> int:
         report = sensitivity(study, options.samples, seed, Evaluator(study, threads=options.threads))
         write_json(folder / "sensitivity.json", report)
         if not options.no_plots:
-            from optim.report.figures import write_indices, write_one_at_a_time
+            from optim.report.shares import write_indices, write_one_at_a_time
 
             write_indices(study, report, folder / f"sobol.{presentation().format}")
             write_one_at_a_time(study, report, folder / f"one_at_a_time.{presentation().format}")
         question = "Which variables change the objectives and constraints over their bounds?"
+        from optim.report.tables import explained
+
         table = format_sensitivity(study, report)
-        record(options, folder, report["title"], question, _answer(study, report), table)
+        record(
+            options, folder, report["title"], question, _answer(study, report), table, *explained(study, report)[::-1]
+        )
     print_results(options, table, out)
     return 0
 
 
 def _answer(study: Study, report: dict[str, Any]) -> list[str]:
     """Tell for each quantity the variable with the largest share of the variance, or that it does not vary."""
+    from linkages.show.plots.names import name_of_value
+    from linkages.show.plots.quantities import share
+
     said = []
     for name, entry in report["quantities"].items():
         shares = {path: one["total"] for path, one in entry["variables"].items() if one["total"] is not None}
         if not shares:
-            said.append(f"{study.label(name)} does not vary over the bounds.")
+            said.append(f"{name} does not vary over the bounds.")
             continue
         path = max(shares, key=shares.__getitem__)
         said.append(
-            f"{study.label(name)} depends most on {path}: {shares[path]:.0%} of the variance, with interactions."
+            f"{name} depends most on the {name_of_value(path)}: {share(min(shares[path], 1.0))} of the variance,"
+            " with interactions."
         )
     return said

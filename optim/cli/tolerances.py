@@ -8,12 +8,36 @@ import time
 
 from linkages import InputError
 from linkages.cli.options import add_cluster, add_out, add_pictures, output_folder, record, workers, written
+from linkages.cli.printing import show
 from linkages.cli.progress import progress_bar
 from linkages.input.files.writing import errors_of_writing, write_json
 from optim.cli.seeds import seeds_of
 
 HELP = "share of machines that meet the limits, by their tolerances; can be stopped, resumed and extended"
 WRITES = {"tolerances": ("tolerances.json", "study.sqlite", "histograms.png", "contributions.png", "influence.png")}
+
+#: Short runs of this command that compile its code, see `linkages.cli.preparation`.
+SHORT_RUNS = ("slidercrank_tolerances.toml --samples 2", "short_tolerances.toml")
+SHORT_FILES = {
+    "short_tolerances.toml": """experiment = "slider_crank_dry.toml"
+[set]
+duration = 0.002
+[scatter.clearance]
+path = "joints.B.clearance"
+normal = ["0.5 mm", "0.02 mm"]
+[scatter.mass]
+path = "sdf.links.rod.mass"
+normal = ["210 g", "2 g"]
+[constraints.force]
+unit = "N"
+terms = [{ functional = "peak", output = "B.force" }]
+at_most = 47000
+[algorithm]
+name = "scatter"
+samples = 8
+derivatives = "sensitivities"
+"""
+}
 
 EXAMPLES = """examples:
   linkages tolerances slidercrank_tolerances.toml
@@ -41,8 +65,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run the machines of a study and judge them; returns the exit status."""
+    from linkages.show.plots.quantities import share
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.load import find_study, load_study
+    from optim.report.tables import tolerated
     from optim.report.tolerance_text import format_tolerances
     from optim.search.sampled_machines import settings_of
     from optim.search.tolerances import sampled
@@ -67,13 +93,13 @@ def run(options: argparse.Namespace) -> int:
     write_json(folder / RESULT, result)
     table, shares = format_tolerances(study, result), result["yield"]
     low, high = shares["interval"]
-    answer = [f"{shares['value']:.2%} of the machines meet all limits ({low:.2%} to {high:.2%})."]
-    record(options, folder, result["title"], "Which share of the machines meets the limits?", answer, table)
+    answer = [f"{share(shares['value'])} of the machines meet all limits ({share(low)} to {share(high)})."]
+    question = "Which share of the machines meets the limits?"
+    record(options, folder, result["title"], question, answer, table, *tolerated(study, result)[::-1])
     names = [STORE, RESULT, "record.json"]
     if not options.no_plots:
         from optim.report.tolerance_figures import write_tolerances
 
         names += write_tolerances(study, result, sample, folder)
-    print(table + f"\n\n{time.monotonic() - started:.1f} s")
-    print(written(folder, names))
+    show(f"{table}\n\n{time.monotonic() - started:.1f} s\n{written(folder, names)}")
     return 0

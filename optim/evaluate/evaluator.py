@@ -114,10 +114,15 @@ class Evaluator:
         table = np.column_stack(
             [self._quantity(name, quantity, designs, points) for _, name, quantity in study.quantities]
         )
-        status, reason = zip(*(self._verdict(i, row, points) for i, row in enumerate(table)), strict=True)
-        table[[state != OK for state in status]] = np.nan
+        failed = ~np.isfinite(table).all(axis=1)
+        for found in points:
+            failed |= np.array([state != OK for state in found.status])
+        status, reason = [OK] * len(table), [""] * len(table)
+        for i in np.flatnonzero(failed):
+            status[i], reason[i] = self._failure(int(i), table[i], points)
+        table[failed] = np.nan
         split = len(study.file.objectives)
-        return Evaluations(table[:, :split], table[:, split:], status, reason)
+        return Evaluations(table[:, :split], table[:, split:], tuple(status), tuple(reason))
 
     def _begin(self, designs: Array) -> Callable[[], list[Statistics]]:
         """Send designs to the executor at every operating point; the function returns their statistics."""
@@ -172,16 +177,14 @@ class Evaluator:
             by_point.append(_aggregate(term.over_windows, values.T))
         return _aggregate(term.over_points, by_point)
 
-    def _verdict(self, i: int, row: Array, points: Sequence[Statistics]) -> tuple[str, str]:
-        """Status and reason of design i."""
+    def _failure(self, i: int, row: Array, points: Sequence[Statistics]) -> tuple[str, str]:
+        """Status and reason of design i, which failed at a point, or lacks a value."""
         several = len(points) > 1
         for point, found in zip(self.study.points, points, strict=False):
             if found.status[i] != OK:
                 return found.status[i], (f"{point.name}: " if several else "") + found.reason[i]
-        for (_, name, _), value in zip(self.study.quantities, row, strict=True):
-            if not math.isfinite(value):
-                return NO_VALUE, f"{name} has no finite value"
-        return OK, ""
+        names = [name for _, name, _ in self.study.quantities]
+        return NO_VALUE, f"{names[np.isfinite(row).argmin()]} has no finite value"
 
 
 class Screened:

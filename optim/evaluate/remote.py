@@ -17,7 +17,8 @@ from optim.evaluate.evaluations import OK
 from optim.evaluate.requests import Request, RequestEngine, Statistics, joined, run_parts
 from optim.problem.study import Array
 
-_LEAST = 0.5  # work of a request, whose way there and back takes some milliseconds [s]
+_LEAST = 0.1  # work of a request, whose way there and back takes some milliseconds [s]
+_WORK = 0.5  # the same, where there is enough of it [s]
 
 
 class Answer(NamedTuple):
@@ -72,7 +73,7 @@ class Dispatcher:
 
     def population(self, least: int) -> int:
         """Return the multiple of a number of designs that is work enough for all requests."""
-        wanted = 0.0 if math.isnan(self._lasts) else self.parts * _LEAST / self._lasts
+        wanted = 0.0 if math.isnan(self._lasts) else self.parts * _WORK / self._lasts
         return least * max(math.ceil(wanted / least), 1)
 
     def send(self, shared: Parcel, values: Array) -> list[Future[Answer]]:

@@ -25,4 +25,5 @@
 | result      | the result as data, the content of ``result.json``                          |
 | content     | the fields of a result that follow from a fit                               |
 | identify    | all of it                                                                   |
+| numerics    | numbers that tune identification, with unit and effect                       |
 """

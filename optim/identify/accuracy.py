@@ -13,16 +13,17 @@ from linkages.input.files.writing import finite
 from optim.identify.algebra import inverse
 from optim.identify.budget import USUAL
 from optim.identify.fit import Fitted, fit_again, refine
+from optim.identify.numerics import (
+    ACCURACY_ENOUGH,
+    ACCURACY_FINER,
+    ACCURACY_FINEST,
+    ACCURACY_ROUNDS,
+    ACCURACY_SAFETY,
+    TINY,
+)
 from optim.identify.residuals import Residuals
 from optim.identify.result import Accuracy
 from optim.identify.statistics import Statistics
-
-_ENOUGH = 0.1  # largest shift of a value by the error of the runs, in deviations
-_FINER = 0.1  # accuracy of the runs that tell the error, relative
-_FINEST = 1e-12  # accuracy: rounding errors are as large
-_SAFETY = 0.3  # of the shift that the next accuracy shall leave
-_ROUNDS = 4
-_TINY = 1e-120  # stands for zero in denominators
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ class ErrorOfRuns:
     worst : float
         Largest shift in deviations of white residuals.
     ended : bool
-        Whether the limit of time ended the search.
+        Whether the limit of time ended the search, or the accurate runs after it.
     """
 
     accuracy: float
@@ -58,12 +59,14 @@ class ErrorOfRuns:
         said = []
         if self.ended:
             said.append(
-                f"the limit of time, {seconds or USUAL:g} s, ended the search: these are its best values; fit.time"
-                " raises it"
+                f"the limit of time, {seconds or USUAL:g} s, ended the fit: these are its best values; fit.time raises"
+                " it"
             )
-        if math.isnan(self.worst):
+        if math.isnan(self.worst) and self.ended:
+            said.append("the error of the runs is not known: the limit of time left no more accurate run")
+        elif math.isnan(self.worst):
             said.append("the error of the runs is not known: more accurate runs do not reach their end")
-        elif self.worst > _ENOUGH:
+        elif self.worst > ACCURACY_ENOUGH:
             said.append(
                 f"the error of the runs shifts values by up to {self.worst:.2g} deviations at solver.accuracy ="
                 f" {self.accuracy:.0e}; the intervals contain it"
@@ -72,38 +75,45 @@ class ErrorOfRuns:
 
 
 def accurate(
-    residuals: Residuals, found: Fitted, show: Callable[[str], None] = lambda text: None
+    residuals: Residuals, found: Fitted, show: Callable[[str], None] = lambda text: None, converged: bool = True
 ) -> tuple[Residuals, Fitted, ErrorOfRuns]:
     """Repeat a fit with more accurate runs until their error shifts no value by more than a tenth of its deviation.
 
     The shift follows from the residuals of ten times more accurate runs with the same values: the change of the least
-    squares.
+    squares. A search that has not converged is not repeated.
     """
     given = residuals.accuracy()
     if isinstance(residuals, Statistics):  # the scatter of its runs contains their error
         return residuals, found, ErrorOfRuns(given, given, np.zeros(len(found.z)), 0.0)
-    for _ in range(_ROUNDS):
+    shift, worst, ended = np.full(len(found.z), np.nan), math.nan, False
+    for _ in range(ACCURACY_ROUNDS):
+        ended = residuals.budget.late
+        if ended:
+            break
         shift, worst = shifted(residuals, found)
         accuracy = residuals.accuracy()
-        if not worst > _ENOUGH or accuracy <= _FINEST or residuals.budget.late:
+        if not worst > ACCURACY_ENOUGH or accuracy <= ACCURACY_FINEST or not converged:
             break
-        wanted = accuracy * min(_SAFETY * _ENOUGH / worst, _FINER)
-        finer = residuals.at_accuracy(max(10.0 ** math.floor(math.log10(wanted)), _FINEST))
+        ended = residuals.budget.late
+        if ended:
+            break
+        wanted = accuracy * min(ACCURACY_SAFETY * ACCURACY_ENOUGH / worst, ACCURACY_FINER)
+        finer = residuals.at_accuracy(max(10.0 ** math.floor(math.log10(wanted)), ACCURACY_FINEST))
         again = refine(finer, fit_again(finer, found))
         if again.evaluated.reason:
             break
         residuals, found = finer, again
         show(f"solver.accuracy {residuals.accuracy():.0e}, {found.runs} runs")
-    return residuals, found, ErrorOfRuns(residuals.accuracy(), given, shift, worst)
+    return residuals, found, ErrorOfRuns(residuals.accuracy(), given, shift, worst, ended)
 
 
 def shifted(residuals: Residuals, found: Fitted) -> tuple[Array, float]:
     """Return the shift of the scaled values (k,) by the error of the runs, and the largest one in deviations."""
-    finer = residuals.at_accuracy(_FINER * residuals.accuracy())
+    finer = residuals.at_accuracy(ACCURACY_FINER * residuals.accuracy())
     other = finer(found.z, found.horizon, derivatives=False)
     if other.reason:
         return np.full(len(found.z), np.nan), math.nan
     sides, root = inverse(found.evaluated.jacobian)
     shift = -root @ (sides.T @ (other.residual - found.evaluated.residual))
-    deviations = np.maximum(np.linalg.norm(root, axis=1), _TINY)
+    deviations = np.maximum(np.linalg.norm(root, axis=1), TINY)
     return shift, float(np.max(np.abs(shift) / deviations, initial=0.0))

@@ -6,48 +6,52 @@ import math
 import time
 from dataclasses import dataclass, field
 
+from optim.identify.numerics import BUDGET_SEARCH
+
 USUAL = 50.0  # most seconds of a fit if the file gives none
-_LEAST = 20  # runs that are made then in any case
-_SEARCH = 0.7  # part of the time for the search; the rest is for accurate runs at its end
+
+
+def clock() -> float:
+    """Return the time [s since the epoch], which processes share."""
+    return time.time()
 
 
 @dataclass
 class Budget:
-    """Time and runs of a fit; searches end with their best values when it is used up.
+    """Time of a fit, as a clock on the wall tells it: searches end with their best values when it is over.
+
+    Each run begins in time, so that a fit ends at most one run after the limit, however busy the machine is.
 
     Attributes
     ----------
-    end : float
-        Time of the clock [s since the epoch].
-    least : int
-        Runs that are made in any case.
-    made : int
-        Runs so far.
+    seconds : float
+        The limit [s].
+    part : float
+        Part of the time that may be used now.
     begin : float
         Time of the clock [s since the epoch].
     """
 
-    end: float = math.inf
-    least: int = 0
-    made: int = 0
-    begin: float = field(default_factory=time.time)
+    seconds: float = math.inf
+    part: float = 1.0
+    begin: float = field(default_factory=lambda: clock())
 
     @property
     def late(self) -> bool:
         """Whether searches must end."""
-        return self.made >= self.least and time.time() > self.end
+        return self.used > 1.0
 
     @property
     def used(self) -> float:
-        """Part of the time that is over."""
-        return (time.time() - self.begin) / (self.end - self.begin)
+        """Part of the present time that is over."""
+        return (clock() - self.begin) / (self.part * self.seconds)
 
 
 def search_budget(seconds: float | None) -> Budget:
     """Return the budget of the search of a fit with a limit of time [s]."""
-    return Budget(time.time() + _SEARCH * (seconds or USUAL), _LEAST if seconds is None else 1)
+    return Budget(seconds or USUAL, BUDGET_SEARCH)
 
 
-def extend(budget: Budget, seconds: float | None) -> None:
+def extend(budget: Budget) -> None:
     """Add the time after the search to a budget."""
-    budget.end = max(budget.end, time.time()) + (1.0 - _SEARCH) * (seconds or USUAL)
+    budget.part = 1.0

@@ -14,18 +14,20 @@ from linkages.base.arrays import Array
 from optim.identify.algebra import inverse
 from optim.identify.correlation import DOUBT, FEWEST, INDEPENDENT, Correlation, coloured, correlation_of
 from optim.identify.fit import Fitted, hopeless
+from optim.identify.numerics import (
+    CERTAINTY_FAR,
+    CERTAINTY_KNOWN,
+    CERTAINTY_LAGS,
+    CERTAINTY_LEAST,
+    CERTAINTY_LEAST_FREEDOM,
+    TINY,
+)
 from optim.identify.residuals import Residuals
 from optim.identify.schema import Deviations
 
 LEVEL = 0.95
-_KNOWN = 0.5  # largest deviation of a known value: relative, or in deviations of a uniform one between its limits
 TIED = 0.9  # correlation from which on two values are known together only
-_LEAST = 1e-9  # smallest singular value, relative
-_TINY = 1e-120  # stands for zero in denominators: its square is a number, too
 AT_LIMIT = 1e-4  # distance from a limit, relative to the distance of the limits
-_LAGS = 20  # of the test of whiteness
-_LEAST_FREEDOM = 3.0
-_FAR = 4.0  # chi-square of a sample from which on the error of a model exceeds the noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +101,7 @@ def certainty(
     jacobian = _independent(jacobian, groups, correlations) / math.sqrt(factor)
     room = residuals.upper[:n] - residuals.lower[:n]
     stated = (p is not None for p in tests["chi_square_probability"])
-    far = any(known and (x or 0.0) > _FAR for known, x in zip(stated, tests["chi_square"], strict=True))
+    far = any(known and (x or 0.0) > CERTAINTY_FAR for known, x in zip(stated, tests["chi_square"], strict=True))
     lost = hopeless(residuals, found) or (unsure and far)
     inside = np.minimum(found.z[:n] - residuals.lower[:n], residuals.upper[:n] - found.z[:n]) > AT_LIMIT * room
     covariance, singular, mixtures, told, known = judge(residuals, jacobian, inside & (not lost))
@@ -110,7 +112,7 @@ def certainty(
         covariance += np.nan_to_num(np.outer(shift, shift))
     covariance[idle], covariance[:, idle] = np.nan, np.nan
     told, known = told & ~idle[:n], known & ~idle[:n]
-    freedom = max(freedom, _LEAST_FREEDOM)
+    freedom = max(freedom, CERTAINTY_LEAST_FREEDOM)
     return Certainty(covariance, inflation, singular, mixtures, told, known, lost, freedom, times, tests)
 
 
@@ -119,7 +121,7 @@ def _independent(jacobian: Array, groups: list[tuple[Any, slice]], correlations:
 
     The values are those of least squares, with White's (1980) covariance for correlated residuals.
     """
-    scale = np.maximum(np.linalg.norm(jacobian, axis=0), _TINY)
+    scale = np.maximum(np.linalg.norm(jacobian, axis=0), TINY)
     basis, singular, rows = np.linalg.svd(jacobian / scale, full_matrices=False)
     middle = np.zeros((len(singular), len(singular)))
     last = 0
@@ -127,7 +129,8 @@ def _independent(jacobian: Array, groups: list[tuple[Any, slice]], correlations:
         middle, last = middle + coloured(basis[part], correlation), part.stop
     middle += basis[last:].T @ basis[last:]  # priors
     size, sides = np.linalg.eigh(middle)
-    return np.asarray((sides / np.sqrt(np.maximum(size, _LEAST))).T @ (singular[:, None] * rows) * scale, np.float64)
+    inverse = sides / np.sqrt(np.maximum(size, CERTAINTY_LEAST))
+    return np.asarray(inverse.T @ (singular[:, None] * rows) * scale, np.float64)
 
 
 def _covariance(jacobian: Array) -> Array:
@@ -172,8 +175,8 @@ def mixtures_of(jacobian: Array, allowed: Array) -> tuple[Array, Array]:
     """Return the singular values (n,) of mixtures (n, n) of unknowns in allowed deviations; sensors are eliminated."""
     n = len(allowed)
     own, sensors = jacobian[:, :n], jacobian[:, n:]
-    sides, size, _ = np.linalg.svd(sensors / np.maximum(np.linalg.norm(sensors, axis=0), _TINY), full_matrices=False)
-    basis = sides[:, size > _LEAST]
+    sides, size, _ = np.linalg.svd(sensors / np.maximum(np.linalg.norm(sensors, axis=0), TINY), full_matrices=False)
+    basis = sides[:, size > CERTAINTY_LEAST]
     own = own - basis @ (basis.T @ own)
     _, singular, mixtures = np.linalg.svd(own * allowed, full_matrices=len(own) < n)
     return np.pad(singular, (0, n - len(singular))), mixtures
@@ -185,8 +188,8 @@ def largest_deviations(residuals: Residuals) -> Array:
     Half of that of a value anywhere between the limits, and at most half of a positive value itself.
     """
     n = len(residuals.active)
-    uniform = _KNOWN * (residuals.upper[:n] - residuals.lower[:n]) / math.sqrt(12.0)
-    return np.where(residuals.log, np.minimum(uniform, _KNOWN), uniform)
+    uniform = CERTAINTY_KNOWN * (residuals.upper[:n] - residuals.lower[:n]) / math.sqrt(12.0)
+    return np.where(residuals.log, np.minimum(uniform, CERTAINTY_KNOWN), uniform)
 
 
 def _tests(
@@ -230,7 +233,7 @@ def _model_error(
 
 
 def _ljung_box(residual: Array) -> float:
-    n, most = len(residual), min(_LAGS, len(residual) // 4)
+    n, most = len(residual), min(CERTAINTY_LAGS, len(residual) // 4)
     centred = residual - residual.mean()
     lags = np.arange(1, most + 1)
     correlation = np.array([centred[k:] @ centred[:-k] for k in lags]) / (centred @ centred)

@@ -16,6 +16,7 @@ from optim.identify.certainty import Certainty, interval
 from optim.identify.correlation import DOUBT
 from optim.identify.doubts import ASSUMED, correlated, doubts, mixture_text
 from optim.identify.fit import Fitted, agreeing
+from optim.identify.numerics import CONTENT_NEARLY
 from optim.identify.plan import missing_sensors
 from optim.identify.residuals import Residuals
 from optim.identify.result import (
@@ -33,8 +34,6 @@ from optim.identify.result import (
     Starts,
 )
 from optim.identify.statistics import NAMES, Statistics
-
-_NEARLY = 2.0  # largest ratio of sums of squares of predictions that are nearly as good
 
 
 def content_of(
@@ -56,7 +55,7 @@ def content_of(
     ]
     rate = 1.0 / float(np.median(np.diff(residuals.task.measurements[0].channels[0].times)))
     sensors = []
-    if open_ones:
+    if open_ones and not residuals.budget.late:
         try:
             sensors = missing_sensors(residuals, found.z, found.evaluated.jacobian, rate)
         except RunError:  # the machine does not run as long as the samples
@@ -182,7 +181,7 @@ def other_laws(models: Mapping[str, Alternative], residuals: Residuals) -> dict[
     It estimates the error of a value that comes from the choice of a law.
     """
     misses, found = _misses(models, residuals), dict[str, float]()
-    for name in (name for name in models if name != "this" and misses[name] <= _NEARLY * min(misses.values())):
+    for name in (name for name in models if name != "this" and misses[name] <= CONTENT_NEARLY * min(misses.values())):
         for key, one in models[name].parameters.items():
             away = abs(one.value - models["this"].parameters[key].value)
             found[key] = max(away, found.get(key, 0.0))

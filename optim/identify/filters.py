@@ -6,15 +6,14 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from linkages.base.arrays import Array
+from optim.identify.numerics import FILTERS_UNEVEN
 from optim.identify.schema import Filter
-
-_UNEVEN = 1e-3  # largest deviation of the intervals of a column with a filter, relative to their mean
 
 
 def sections_of(chosen: Filter, times: Array) -> Array:
     """Return the second-order sections of a filter; ValueError, in one sentence, if the times do not suit it."""
     steps = np.diff(times)
-    if np.abs(steps - steps.mean()).max() > _UNEVEN * steps.mean():
+    if np.abs(steps - steps.mean()).max() > FILTERS_UNEVEN * steps.mean():
         raise ValueError("a filter needs equal intervals between the samples")
     rate = 1.0 / steps.mean()
     if chosen.cutoff >= 0.5 * rate:

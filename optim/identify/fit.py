@@ -16,20 +16,23 @@ from linkages.base.arrays import Array
 from linkages.engines.threads import in_threads
 from optim.identify.batches import SumsOfSquares
 from optim.identify.integrals import ORDERS, impacts_end, integrated, near_starts
+from optim.identify.numerics import (
+    FIT_CANDIDATES,
+    FIT_FIRST,
+    FIT_GROWTH,
+    FIT_LED,
+    FIT_MOST_BATCHES,
+    FIT_ROUNDS,
+    FIT_SAME,
+    FIT_TOGETHER,
+    FIT_WORTH,
+    INTEGRALS_TIME,
+)
 from optim.identify.residuals import Evaluated, Residuals
 from optim.identify.schema import Windows
 from optim.identify.search import MOST, Search
 from optim.identify.statistics import WIDTHS, Statistics
 
-_FIRST = 20  # fewest samples of the first window, and samples for each value
-_GROWTH = 2.0  # ratio of two windows
-_CANDIDATES = 8  # points of which one becomes a start
-_ROUNDS = 2  # fits with deviations that follow from residuals, after the first
-_MOST_BATCHES = 4  # evaluations of statistics in a stage
-_WORTH = 1.02  # least ratio of two windows, at the horizon
-_LED = 15  # runs with integrals of each order
-_TOGETHER = 2  # starts between two checks whether one has led
-_SAME = 0.05  # relative difference of chi-square up to which two starts have found the same
 _HOPELESS = 0.2, 25.0  # residuals of a wrong minimum: least part of a column's spread, and chi-square of a sample
 
 
@@ -67,9 +70,9 @@ class Fitted:
 def first_window(residuals: Residuals, last: float, windows: Windows) -> float:
     """Return the end of the first window [s]: the last one, or that of the shortest useful window."""
     horizon, first = last, residuals.span()[0]
-    fewest = max(_FIRST, 4 * len(residuals.start))
+    fewest = max(FIT_FIRST, 4 * len(residuals.start))
     while windows != "all":
-        shorter = first + (horizon - first) / _GROWTH
+        shorter = first + (horizon - first) / FIT_GROWTH
         if sum(part.stop - part.start for _, part in residuals.groups(shorter)) < fewest:
             break
         horizon = shorter
@@ -84,16 +87,20 @@ def fit_from(
         runs = 0
         for width in WIDTHS:
             search = Search(residuals.of_width(width), z, last)
-            z = search.solve(_MOST_BATCHES).z
+            z = search.solve(FIT_MOST_BATCHES).z
             runs += search.runs * residuals.size
             show(f"statistics, {runs} runs")
         return Fitted(z, residuals.of_width(WIDTHS[-1])(z, last), last, runs, ())
     if windows == "impacts" and (horizon := impacts_end(residuals, last)) > residuals.span()[0]:
         return _through_impacts(residuals, z, horizon, last, show)
     horizon = first_window(residuals, last, windows)
-    if windows == "all" and residuals(z, horizon).reason:  # a shorter beginning may run, and lead to values that do
+    if windows != "all":
+        return _grown(residuals, z, horizon, last, show)
+    known = residuals(z, horizon, residuals.linear)
+    if known.reason and not residuals.budget.late:  # a shorter beginning may run, and lead to values that do
         return fit_from(residuals, z, last, "grow", show)
-    return _grown(residuals, z, horizon, last, show)
+    found = _grown(residuals, z, horizon, last, show, known)
+    return replace(found, runs=1 + found.runs)
 
 
 def _through_impacts(
@@ -102,25 +109,30 @@ def _through_impacts(
     """Fit integrals over the first impacts, then samples over windows that grow, unless they do not fit there."""
     runs = 0
     for order in ORDERS:
+        if residuals.budget.late:
+            break
         search = Search(integrated(residuals, horizon, order), z, horizon)
-        z, runs = search.solve(_LED).z, runs + search.runs
+        z, runs = search.solve(FIT_LED).z, runs + search.runs
     search = Search(residuals, z, horizon)
     evaluated = search.solve(MOST // 2)
     found = Fitted(evaluated.z, evaluated, horizon, runs + search.runs, ())
     if hopeless(residuals, found):
         show(f"first impacts, {found.runs} runs: they do not fit")
         return found
-    grown = _grown(residuals, found.z, horizon, last, show)
+    grown = _grown(residuals, found.z, horizon, last, show, evaluated)
     return replace(grown, runs=found.runs + grown.runs)
 
 
-def _grown(residuals: Residuals, z: Array, horizon: float, last: float, show: Callable[[str], None]) -> Fitted:
-    """Fit over a window, and longer ones as far as derivatives are known."""
+def _grown(
+    residuals: Residuals, z: Array, horizon: float, last: float, show: Callable[[str], None],
+    known: Evaluated | None = None,
+) -> Fitted:  # fmt: skip
+    """Fit over a window, and longer ones as far as derivatives are known; `known` are the residuals of the first."""
     found_last: Fitted | None = None
     runs, history, first = 0, [], residuals.span()[0]
     while True:
-        search = Search(residuals, z, horizon)
-        evaluated = search.solve()
+        search = Search(residuals, z, horizon, known=known)
+        evaluated, known = search.solve(), None
         z, runs = evaluated.z, runs + search.runs
         if evaluated.reason:
             return found_last or Fitted(z, evaluated, horizon, runs, ())
@@ -129,10 +141,10 @@ def _grown(residuals: Residuals, z: Array, horizon: float, last: float, show: Ca
         found_last = Fitted(z, evaluated, horizon, runs, tuple(history))
         if residuals.budget.late:
             return found_last
-        longer = min(first + _GROWTH * (horizon - first), last)
+        longer = min(first + FIT_GROWTH * (horizon - first), last)
         if longer > horizon:
             longer = min(longer, _reach(residuals, z, longer))
-        if longer - first <= _WORTH * (horizon - first):
+        if longer - first <= FIT_WORTH * (horizon - first) or residuals.budget.late:
             return found_last
         horizon = longer
 
@@ -165,11 +177,16 @@ def starts(residuals: Residuals, count: int, seed: int, last: float, windows: Wi
     if windows == "impacts" and (first := impacts_end(residuals, last)) > residuals.span()[0]:
         return np.vstack([residuals.start, near_starts(residuals, count - 1, seed, first)])
     first = first_window(residuals, last, windows)
-    sobol = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(2 ** math.ceil(math.log2(_CANDIDATES * count)))
+    sobol = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(2 ** math.ceil(math.log2(FIT_CANDIDATES * count)))
     points = np.tile(residuals.start, (len(sobol), 1))
     points[:, :n] = residuals.lower[:n] + sobol * (residuals.upper - residuals.lower)[:n]
     sums = SumsOfSquares(residuals, first, residuals.start, 0.0 * residuals.start, residuals.linear)
-    order = np.argsort(sums(points), kind="stable")
+    costs = np.full(len(points), np.inf)
+    for k in range(0, len(points), FIT_CANDIDATES):
+        costs[k : k + FIT_CANDIDATES] = sums(points[k : k + FIT_CANDIDATES])
+        if residuals.budget.used > INTEGRALS_TIME:
+            break
+    order = np.argsort(costs, kind="stable")
     return np.vstack([residuals.start, points[order[: count - 1]]])
 
 
@@ -216,7 +233,7 @@ def fit_all(
             done(k, found[k])
 
     while left and not (enough and any(not hopeless(residuals, one) for one in found.values())):
-        later, left = (left[_TOGETHER:], left[:_TOGETHER]) if enough else ([], left)
+        later, left = (left[FIT_TOGETHER:], left[:FIT_TOGETHER]) if enough else ([], left)
         if executor is None:
             in_threads(work, len(left), threads)
         else:
@@ -245,12 +262,14 @@ def fit_again(residuals: Residuals, found: Fitted) -> Fitted:
 def agreeing(all_starts: list[Fitted], best: Fitted) -> int:
     """Return how many starts have ended at the best chi-square of the window of the best one."""
     costs = [one.cost for one in all_starts if one.horizon >= 0.99 * best.horizon]
-    return sum(cost <= min(costs) * (1.0 + _SAME) + 1e-9 for cost in costs)
+    return sum(cost <= min(costs) * (1.0 + FIT_SAME) + 1e-9 for cost in costs)
 
 
 def refine(residuals: Residuals, found: Fitted) -> Fitted:
     """Repeat a fit with the deviations of the residuals, where the file leaves deviations open."""
-    for _ in range(_ROUNDS):
+    for _ in range(FIT_ROUNDS):
+        if residuals.budget.late:
+            return found
         changed = False
         for m, one in enumerate(residuals.task.measurements):
             for c, channel in enumerate(one.channels):

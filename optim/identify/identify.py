@@ -25,6 +25,7 @@ from optim.identify.certainty import Certainty, certainty
 from optim.identify.content import agreement, best_prediction, content_of, other_laws, parameters, prediction
 from optim.identify.fit import Fitted, agreeing, best_of, fit_all, hopeless, refine, starts
 from optim.identify.load import Identification, described
+from optim.identify.numerics import IDENTIFY_BETTER, IDENTIFY_HALF, IDENTIFY_NEW, IDENTIFY_ROUNDS
 from optim.identify.posterior import posterior
 from optim.identify.profile import profile
 from optim.identify.residuals import Residuals
@@ -32,10 +33,6 @@ from optim.identify.result import Alternative, IdentificationResult
 from optim.identify.statistics import Statistics
 
 SAMPLES = "posterior.bin"  # keeps samples, in the folder of the checkpoint
-_HALF = 0.5  # part that is predicted where alternatives are compared, by default
-_NEW = 8  # further starts where the best one is hopeless
-_ROUNDS = 3  # times that they are added, as long as they help
-_BETTER = 0.95  # largest ratio of chi-square that helps
 
 
 @validated
@@ -104,7 +101,7 @@ def identify(
                 task.source, "fit.windows", 'is "statistics", which have no posterior; leave out --posterior'
             )
     begun = time.perf_counter()
-    share = task.file.fit.predict or (_HALF if task.file.alternatives else 0.0)
+    share = task.file.fit.predict or (IDENTIFY_HALF if task.file.alternatives else 0.0)
     models: dict[str, tuple[Identification, tuple[str, ...] | None]] = {"": (task, None)}
     for name, other in task.file.alternatives.items():
         own = None if other.unknowns is None else tuple(other.unknowns)
@@ -145,6 +142,7 @@ def identify(
             )
     return IdentificationResult(
         **content,
+        time_over=any(runs.ended for *_, runs in results.values()),
         title=task.title,
         file=described(task),
         runs=sum(one.runs for one in all_starts) + max(found.runs - max(one.runs for one in all_starts), 0),
@@ -182,23 +180,23 @@ def _fit(
     found: list[Fitted] = []
     points = starts(residuals, fit.starts, fit.seed, last, windows)
     keep, known = partial(kept.keep, name), kept.known(name)
-    for more in range(1, _ROUNDS + 2):
+    for more in range(1, IDENTIFY_ROUNDS + 2):
         least = best_of(residuals, found).cost if found else math.inf
         found += fit_all(residuals, points, len(found), last, windows, *where, known, keep, show, more > 1)
         best = best_of(residuals, found)
-        if not hopeless(residuals, best) or best.cost > _BETTER * least or residuals.budget.late:
+        if not hopeless(residuals, best) or best.cost > IDENTIFY_BETTER * least or residuals.budget.late:
             break
-        points = starts(residuals, _NEW + 1, fit.seed + more, last, windows)[1:]
+        points = starts(residuals, IDENTIFY_NEW + 1, fit.seed + more, last, windows)[1:]
     if best.evaluated.reason:
         raise RunError(
             f"no start can be fitted: {best.evaluated.reason}; change the start or the limits of the unknowns"
         )
     ended = residuals.budget.late
-    extend(residuals.budget, fit.time)
-    residuals, best, runs = accurate(residuals, refine(residuals, best), show)
+    extend(residuals.budget)
+    residuals, best, runs = accurate(residuals, refine(residuals, best), show, not ended)
     single = len(found) > 1 and agreeing(found, best) == 1
     judged = certainty(residuals, best, fit.deviations, runs.shift, single or ended)
-    return residuals, best, judged, found, replace(runs, ended=ended)
+    return residuals, best, judged, found, replace(runs, ended=ended or runs.ended)
 
 
 class _Checkpoint:

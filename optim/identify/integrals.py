@@ -21,20 +21,22 @@ from linkages.base.arrays import Array
 from linkages.engines.compiled.batch.batch import run_batch
 from optim.identify.filters import filtered
 from optim.identify.load import Channel, Measurement
+from optim.identify.numerics import (
+    INTEGRALS_BEYOND,
+    INTEGRALS_CERTAIN,
+    INTEGRALS_DEVIATION,
+    INTEGRALS_HEIGHT,
+    INTEGRALS_IMPACTS,
+    INTEGRALS_PART,
+    INTEGRALS_SAMPLES,
+    INTEGRALS_SHIFT,
+    INTEGRALS_SHIFTS,
+    INTEGRALS_TIME,
+)
 from optim.identify.residuals import Residuals
 
 ORDERS = (2, 1)  # of the integrals that lead a search, in turn
-_IMPACTS = 3  # first impacts that lead
-_HEIGHT = 0.2  # least prominence of an impact, relative to the range of its column
-_CERTAIN = 6.0  # the same, in deviations of a sample
-_BEYOND = 1.5  # end of the window, relative to the time of the last of these impacts
-_DEVIATION = 0.02  # of an integral, relative to its spread
 _POINTS = 6, 10  # binary logarithm of the number of designs: with each unknown one more, up to the second
-_PART = 64  # designs between two looks at the clock
-_TIME = 0.3  # part of the limit of time for designs
-_SAMPLES = 2000  # most samples of a window with which designs are compared
-_SHIFTS = 51  # most shifts of a clock with which they are compared
-_SHIFT = 0.5  # largest of them, relative to the window
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +67,7 @@ def integrated(residuals: Residuals, horizon: float, order: int) -> Residuals:
             float(np.std(c.filtered(part - part.mean()))) if len(part) else 0.0
             for c, part in zip(channels, parts, strict=True)
         )
-        deviations.append([_DEVIATION * x or 1.0 for x in spreads])
+        deviations.append([INTEGRALS_DEVIATION * x or 1.0 for x in spreads])
     other.task, other.deviations = replace(residuals.task, measurements=tuple(measurements)), deviations
     return other
 
@@ -76,10 +78,12 @@ def impacts_end(residuals: Residuals, last: float) -> float:
     for m, one in enumerate(residuals.task.measurements):
         for c, channel in enumerate(one.channels):
             values = channel.values[residuals.used(channel, last)]
-            height = max(_HEIGHT * float(np.ptp(values)), _CERTAIN * residuals.deviations[m][c]) if len(values) else 1.0
-            at = find_peaks(np.abs(values - np.median(values)), prominence=height)[0][:_IMPACTS] if len(values) else []
-            ends += channel.times[at].tolist() if len(at) else []
-    return min(first + _BEYOND * (max(ends) - first), last)
+            if not len(values):
+                continue
+            height = max(INTEGRALS_HEIGHT * float(np.ptp(values)), INTEGRALS_CERTAIN * residuals.deviations[m][c])
+            at = find_peaks(np.abs(values - np.median(values)), prominence=height)[0][:INTEGRALS_IMPACTS]
+            ends += channel.times[at].tolist()
+    return min(first + INTEGRALS_BEYOND * (max(ends) - first), last)
 
 
 def near_starts(residuals: Residuals, count: int, seed: int, horizon: float) -> Array:
@@ -94,10 +98,10 @@ def near_starts(residuals: Residuals, count: int, seed: int, horizon: float) -> 
     spread = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(size)
     points[:, :n] = residuals.lower[:n] + spread * (residuals.upper - residuals.lower)[:n]
     of_integrals, costs = integrated(residuals, horizon, ORDERS[0]), np.full(size, np.inf)
-    for first in range(0, size, _PART):
-        part = slice(first, first + _PART)
+    for first in range(0, size, INTEGRALS_PART):
+        part = slice(first, first + INTEGRALS_PART)
         costs[part] = _costs(of_integrals, points[part], horizon)
-        if residuals.budget.used > _TIME:
+        if residuals.budget.used > INTEGRALS_TIME:
             break
     return points[np.argsort(costs, kind="stable")[:count]]
 
@@ -113,12 +117,12 @@ def _costs(residuals: Residuals, points: Array, horizon: float) -> Array:
 
 def _costs_of(residuals: Residuals, m: int, one: Measurement, points: Array, horizon: float) -> Array:
     times = one.channels[0].times[residuals.used(one.channels[0], horizon)]  # one clock for all columns of a file
-    interval = max(float(np.median(np.diff(times))), float(np.ptp(times)) / _SAMPLES)
+    interval = max(float(np.median(np.diff(times))), float(np.ptp(times)) / INTEGRALS_SAMPLES)
     places = [k for k, place in enumerate(residuals.places, len(residuals.active)) if place == ("shift", m, -1)]
     moves = np.zeros(1, np.intp)
     if places:
-        most = int(min(residuals.upper[places[0]], _SHIFT * float(np.ptp(times))) / interval)
-        moves = np.arange(-most, most + 1, max(1, 2 * most // _SHIFTS))
+        most = int(min(residuals.upper[places[0]], INTEGRALS_SHIFT * float(np.ptp(times))) / interval)
+        moves = np.arange(-most, most + 1, max(1, 2 * most // INTEGRALS_SHIFTS))
     count = int(np.ptp(times) / interval) + 1
     first = round((float(times[0]) + (0.0 if places else one.shift)) / interval)
     grid: Array = interval * np.arange(max(first + count + int(moves.max()), 2), dtype=np.float64)

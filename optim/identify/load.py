@@ -19,14 +19,11 @@ from linkages.input.files.toml import leaves, read_toml, validate
 from linkages.input.files.unit_conversion import decimal_comma, read, si
 from linkages.results.outputs.registry import check_output, unit
 from optim.identify.filters import filtered, sections_of
+from optim.identify.numerics import LOAD_BEFORE, LOAD_FEWEST, LOAD_LARGEST, LOAD_LONGEST
 from optim.identify.schema import DataFile, IdentificationFile, MeasuredColumn, Unknown
 from optim.problem.load import shipped_or_beside, within
 
-_FEWEST = 8  # samples of a column
 SHIFT = 0.1  # largest shift of a clock that is fitted, relative to the time of its samples
-_BEFORE = 1e-2  # the same without a fit, before the start of the run, where the run continues in straight lines
-_LONGEST = 100.0  # last time relative to the duration of the experiment: longer ones have a wrong unit
-_LARGEST = 1e100  # of a sample: sums of squares are numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,16 +248,16 @@ def _channel(
 
 def _check_samples(times: Array, values: Array) -> None:
     """Raise a ValueError, in one sentence, for samples that cannot be used."""
-    if len(times) < _FEWEST:
-        raise ValueError(f"has {len(times)} samples; at least {_FEWEST} are needed")
+    if len(times) < LOAD_FEWEST:
+        raise ValueError(f"has {len(times)} samples; at least {LOAD_FEWEST} are needed")
     for what, array in (("the times have", times), ("the column has", values)):
         if not np.isfinite(array).all():
             line = int(np.flatnonzero(~np.isfinite(array))[0])
             raise ValueError(f"{what} no number in row {line + 1}; remove the row, or repair it")
-        if np.abs(array).max() > _LARGEST:
+        if np.abs(array).max() > LOAD_LARGEST:
             line = int(np.abs(array).argmax())
             raise ValueError(
-                f"{what} {array[line]:g} in row {line + 1}; at most {_LARGEST:g} is possible; remove or repair it"
+                f"{what} {array[line]:g} in row {line + 1}; at most {LOAD_LARGEST:g} is possible; remove or repair it"
             )
     if not np.all(np.diff(times) > 0.0):
         line = int(np.flatnonzero(np.diff(times) <= 0.0)[0])
@@ -273,12 +270,12 @@ def _check_times(times: Array, shift: float | str, duration: float) -> None:
     """Raise a ValueError, in one sentence, for times that do not belong to the run."""
     early = SHIFT * float(np.ptp(times)) if isinstance(shift, str) else 0.0
     first, last = (float(t) + (0.0 if isinstance(shift, str) else shift) for t in times[[0, -1]])
-    if first < -early - _BEFORE * float(np.ptp(times)):
+    if first < -early - LOAD_BEFORE * float(np.ptp(times)):
         raise ValueError(f"its first time, {first:g} s, is before the start of the run; give time.shift")
-    if last > _LONGEST * duration:
+    if last > LOAD_LONGEST * duration:
         raise ValueError(
-            f"its last time, {last:g} s, is beyond {_LONGEST:g} times the duration of the experiment, {duration:g} s;"
-            " give time.unit, or a longer duration"
+            f"its last time, {last:g} s, is beyond {LOAD_LONGEST:g} times the duration of the experiment, "
+            f"{duration:g} s; give time.unit, or a longer duration"
         )
 
 

@@ -18,13 +18,10 @@ from linkages.results.outputs.registry import check_output, default_outputs, uni
 from optim.identify.certainty import judge, largest_deviations, mixtures_of
 from optim.identify.doubts import mixture_text
 from optim.identify.load import Channel, Identification, Measurement
+from optim.identify.numerics import PLAN_FEWEST, PLAN_NOISE, PLAN_PROPOSED
 from optim.identify.residuals import Residuals
 from optim.identify.schema import Plan
 from optim.problem.load import within
-
-_NOISE = 0.01  # deviation of a sensor that is proposed, relative to the spread of its output
-_PROPOSED = 3
-_FEWEST = 8  # samples of a planned run
 
 
 class Sensor(NamedTuple):
@@ -62,8 +59,8 @@ def plan(task: Identification, show: Callable[[str], None] = lambda text: None) 
             changed["duration"] = wanted.duration
         with within(task.source, "plan"):
             system = task.system.replaced(changed) if changed else task.system
-        if system.settings.duration * wanted.rate < _FEWEST:
-            raise InputError(task.source, "plan.rate", f"gives less than {_FEWEST} samples; give a higher one")
+        if system.settings.duration * wanted.rate < PLAN_FEWEST:
+            raise InputError(task.source, "plan.rate", f"gives less than {PLAN_FEWEST} samples; give a higher one")
         show("plan" if value is None else f"plan, {wanted.vary} = {value:g}")
         one, owners = _planned(task, wanted, system), (None,) * len(task.names)
         settings.append({"value": value, **_compared(Residuals(replace(task, measurements=(one,), owners=owners)))})
@@ -165,13 +162,13 @@ def missing_sensors(residuals: Residuals, z: Array, jacobian: Array, rate: float
     rows, allowed, found = _rows(further, z[: len(further.start)]), largest_deviations(residuals), []
     for name, *_ in known:
         residual, lines = rows[name]
-        spread = _NOISE * float(np.std(residual))
+        spread = PLAN_NOISE * float(np.std(residual))
         if spread > 0.0 and math.isfinite(spread):
             lines = np.pad(
                 lines, ((0, 0), (0, jacobian.shape[1] - lines.shape[1]))
             )  # a fitted shift is the first value
             found.append((float(mixtures_of(np.vstack([jacobian, lines / spread]), allowed)[0][-1]), name))
-    return [name for least, name in sorted(found, reverse=True)[:_PROPOSED] if least >= 1.0]
+    return [name for least, name in sorted(found, reverse=True)[:PLAN_PROPOSED] if least >= 1.0]
 
 
 def _exists(system: System, name: str) -> bool:

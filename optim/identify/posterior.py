@@ -14,15 +14,16 @@ from linkages.base.arrays import Array
 from optim.identify.batches import SumsOfSquares
 from optim.identify.certainty import LEVEL, Certainty
 from optim.identify.fit import Fitted
+from optim.identify.numerics import (
+    POSTERIOR_BEGINNING,
+    POSTERIOR_ENOUGH,
+    POSTERIOR_KEPT,
+    POSTERIOR_LOOK,
+    POSTERIOR_REACH,
+    POSTERIOR_WALKERS,
+)
 from optim.identify.residuals import Residuals
 from optim.identify.result import Interval, Posterior, Sampled
-
-_WALKERS = 16  # at least, and at least three for each value
-_ENOUGH = 50  # autocorrelation times
-_BEGINNING = 5  # autocorrelation times that are left out
-_LOOK = 50  # steps between two estimates of the autocorrelation time
-_REACH = 6.0  # largest distance of a fitted shift from its best value, in deviations
-_KEPT = 2000  # samples in the result
 
 
 def posterior(
@@ -48,7 +49,7 @@ def posterior(
     fit = residuals.task.file.fit
     inflation = math.exp(float(np.mean(np.log(judged.inflation))))
     covariance = _covariance(residuals, found.evaluated.jacobian / math.sqrt(inflation))
-    reach = _REACH * np.sqrt(np.diag(covariance))
+    reach = POSTERIOR_REACH * np.sqrt(np.diag(covariance))
     lower, upper = residuals.lower.copy(), residuals.upper.copy()
     for k, place in enumerate(residuals.places, len(residuals.active)):
         if place.kind == "shift":
@@ -61,33 +62,33 @@ def posterior(
         result[inside] = -0.5 / inflation * sums(points[inside], threads) if inside.any() else 0.0
         return result
 
-    count = max(_WALKERS, 2 * math.ceil(1.5 * len(found.z)))
+    count = max(POSTERIOR_WALKERS, 2 * math.ceil(1.5 * len(found.z)))
     first = np.random.default_rng(fit.seed).multivariate_normal(found.z, covariance, count, method="eigh")
     first = np.where(first < lower, 2.0 * lower - first, np.where(first > upper, 2.0 * upper - first, first))
     moves = [(emcee.moves.DEMove(), 0.8), (emcee.moves.DESnookerMove(), 0.2)]
     sampler = emcee.EnsembleSampler(count, len(found.z), logarithm, moves=moves, vectorize=True)
     sampler.log_prob_fn = logarithm  # emcee's wrapper prints a trace where a user interrupts
     sampler.random_state = np.random.RandomState(fit.seed).get_state()
-    time, most = math.inf, max(fit.posterior_runs // count, 2 * _LOOK)
+    time, most = math.inf, max(fit.posterior_runs // count, 2 * POSTERIOR_LOOK)
     for _ in sampler.sample(np.clip(first, lower, upper), iterations=most, skip_initial_state_check=True):
-        if sampler.iteration % _LOOK == 0:
+        if sampler.iteration % POSTERIOR_LOOK == 0:
             with np.errstate(all="ignore"):  # a walker that stands still has no autocorrelation
                 time = float(np.max(sampler.get_autocorr_time(tol=0)))
             show(f"posterior, {sampler.iteration * count} runs: {sampler.iteration / time:.3g} autocorrelation times")
-            if sampler.iteration >= _ENOUGH * time:
+            if sampler.iteration >= POSTERIOR_ENOUGH * time:
                 break
     if not time < math.inf:
         raise RunError("the walkers of the posterior do not move: narrow the limits of the unknowns")
-    chain = sampler.get_chain(discard=min(math.ceil(_BEGINNING * time), sampler.iteration // 2))
+    chain = sampler.get_chain(discard=min(math.ceil(POSTERIOR_BEGINNING * time), sampler.iteration // 2))
     values = np.array([[residuals.values(z) for z in line] for line in chain])
     return Posterior(
         parameters=_parameters(residuals, values),
-        samples=np.concatenate(values[:: math.ceil(values.shape[0] * values.shape[1] / _KEPT)]).tolist(),
+        samples=np.concatenate(values[:: math.ceil(values.shape[0] * values.shape[1] / POSTERIOR_KEPT)]).tolist(),
         walkers=count,
         runs=sampler.iteration * count,
         acceptance=float(sampler.acceptance_fraction.mean()),
         autocorrelation_times=sampler.iteration / time,
-        enough=bool(sampler.iteration >= _ENOUGH * time),
+        enough=bool(sampler.iteration >= POSTERIOR_ENOUGH * time),
     )
 
 

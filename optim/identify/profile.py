@@ -11,13 +11,10 @@ from scipy.stats import chi2
 from linkages.base.arrays import Array
 from optim.identify.certainty import LEVEL, Certainty
 from optim.identify.fit import Fitted
+from optim.identify.numerics import PROFILE_CLOSE, PROFILE_FEW, PROFILE_MOST
 from optim.identify.residuals import Residuals
 from optim.identify.result import Interval, Rise
 from optim.identify.search import Search
-
-_MOST = 15  # runs on each side
-_FEW = 4  # runs at a value: the others start from where they should be
-_CLOSE = 0.02  # of the root of the difference of chi-square, relative
 
 
 class Profile(NamedTuple):
@@ -39,17 +36,17 @@ def profile(residuals: Residuals, found: Fitted, judged: Certainty, k: int) -> P
     for sign in (-1.0, 1.0):
         at, reached, z = 0.0, 0.0, found.z.copy()
         step = sign * wanted * _linear(judged, k, residuals)
-        left = _MOST
+        left = PROFILE_MOST
         while left > 1:
             value = float(np.clip(found.z[k] + step, residuals.lower[k], residuals.upper[k]))
-            z, rise, count = _at(residuals, found, z, k, value, least, min(_FEW, left - 1))
+            z, rise, count = _at(residuals, found, z, k, value, least, min(PROFILE_FEW, left - 1))
             runs, left = runs + count, left - count
             at, reached = value - found.z[k], math.sqrt(max(rise, 0.0) / unit)
             z_all = found.z.copy()
             z_all[k] = value
             points.append((float(residuals.values(z_all)[k]), rise / unit))
             limited = value in (residuals.lower[k], residuals.upper[k]) and reached < wanted
-            if limited or abs(reached - wanted) < _CLOSE * wanted:
+            if limited or abs(reached - wanted) < PROFILE_CLOSE * wanted:
                 break
             step = at * min(max(wanted / max(reached, 1e-3), 0.3), 3.0)
         moved = found.z.copy()

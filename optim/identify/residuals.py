@@ -16,8 +16,7 @@ from optim.identify.algebra import regression
 from optim.identify.budget import Budget
 from optim.identify.curves import Curves
 from optim.identify.load import SHIFT, Channel, Identification, Measurement
-
-_UNKNOWN = 0.01  # deviation of a sample relative to the spread of its column, before residuals tell it
+from optim.identify.numerics import RESIDUALS_UNKNOWN
 
 
 class SensorValue(NamedTuple):
@@ -87,7 +86,10 @@ class Residuals:
         usual = [1.0 if p.kind == "factor" else 0.0 for p in self.places]
         self.start = np.concatenate([self.scaled(task.start[self.active]), usual])
         self.deviations = [
-            [_UNKNOWN * float(np.std(c.values)) if math.isnan(c.deviation) else c.deviation for c in one.channels]
+            [
+                RESIDUALS_UNKNOWN * float(np.std(c.values)) if math.isnan(c.deviation) else c.deviation
+                for c in one.channels
+            ]
             for one in task.measurements
         ]
         self.budget = Budget()
@@ -185,7 +187,6 @@ class Residuals:
         `regressed` (k,) marks factors and biases that a linear regression replaces by the best ones of this design.
         Without derivatives the Jacobian is zero.
         """
-        self.budget.made += 1
         z, parts, until = z.copy(), [], math.inf
         free = np.zeros(len(z), bool) if regressed is None else regressed
         for m, one in enumerate(self.task.measurements):
@@ -232,15 +233,18 @@ class Residuals:
         end = max(float(c.times[part][-1]) for c, part in zip(one.channels, used, strict=True) if part.stop) + shift
         system = one.system.replaced({"duration": max(end, 1e-9)} | dict(zip(paths, map(float, values), strict=True)))
         moved = any(p.kind == "shift" and p.measurement == m for p in self.places)
-        curves = Curves(system, paths, values, [c.output for c in one.channels], derivatives)
+        times = [c.times[part] + shift for c, part in zip(one.channels, used, strict=True)]
+        wanted = [(c.output, at) for c, at in zip(one.channels, times, strict=True)]
+        curves = Curves(system, paths, values, wanted, moved, derivatives)
         slopes, rows, lines = self.slopes(z)[mine], [], []
         for c, (channel, part) in enumerate(zip(one.channels, used, strict=True)):
-            computed, rates, rate = curves(channel.output, channel.times[part] + shift, moved)
+            computed, rates, rate = curves(channel.output, times[c])
             left, basis = self.left(m, c, part, computed[:, None], z[None], free)
             factor = self.sensor(z, "factor", m, c)
             line = np.zeros((len(computed), len(z)))
             if derivatives:
-                line[:, mine] = channel.filtered(np.nan_to_num(factor * rates * slopes))
+                for j, k in enumerate(mine):  # one after the other: a million samples take little memory
+                    line[:, k] = channel.filtered(np.nan_to_num(factor * rates[:, j] * slopes[j]))
                 for k, place in enumerate(self.places, len(self.active)):
                     if place == ("shift", m, -1):
                         line[:, k] = channel.filtered(factor * rate)
@@ -284,9 +288,9 @@ class Residuals:
     ) -> tuple[Array, Array]:
         """Return residuals and their derivatives of a column, from its samples and the readings' derivatives.
 
-        `left` are measured less computed samples.
+        `left` are measured less computed samples. The derivatives may take the place of the given ones.
         """
-        return left / deviation, -lines / deviation
+        return left / deviation, np.divide(lines, -deviation, out=lines)
 
 
 def _accurate(one: Measurement, accuracy: float) -> Measurement:

@@ -197,6 +197,8 @@ class IdentificationResult(Entry):
         How far each unknown lies from this model's value in those that predict nearly as well.
     file : dict
         The file and its data.
+    time_over : bool
+        Whether the limit of time ended the fit, or that of an alternative.
     wall_time : float
         [s]
     """
@@ -226,5 +228,6 @@ class IdentificationResult(Entry):
     title: str
     file: Any
     runs: int
+    time_over: bool = False
     versions: dict[str, str]
     wall_time: float

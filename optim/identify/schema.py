@@ -100,8 +100,8 @@ class FitTable(Table):
     )
     time: Positive | None = Field(
         None,
-        description="most time of the fit, which then ends with the best values so far; default: 50, or 20 runs where"
-        " they take longer [s]",
+        description="most time of the fit, and of each alternative, by the clock on the wall; it ends then, or after"
+        " the present run, with the best values so far; default: 50 [s]",
     )
     posterior_runs: Annotated[int, Field(ge=1000, le=100_000_000)] = Field(
         40_000, description="most runs of --posterior, which makes a hundred steps at least [1]"

@@ -8,11 +8,9 @@ from scipy.optimize import least_squares
 
 from linkages.base.arrays import Array
 from optim.identify.algebra import complement
+from optim.identify.numerics import SEARCH_ENOUGH, SEARCH_HELD, SEARCH_HELD_SENSOR
 from optim.identify.residuals import Evaluated, Residuals
 
-_ENOUGH = 1e-8  # relative change of the sum of squares, or of the values, at which a fit ends
-_HELD = 1e-2  # residual of a value that moves from one limit to the other
-_HELD_SENSOR = 1e-6  # the same of a value without limits, relative to its effect on all residuals
 MOST = 60  # runs in a window
 
 
@@ -22,15 +20,19 @@ class Search:
     Factors and biases are eliminated: each design has its best ones, by linear regression (variable projection, Golub
     and Pereyra 1973; the Jacobian as Kaufman 1975). A design that does not run shortens the step.
 
-    `moving` (k,) marks the values that move; the others stay as in `z`.
+    `moving` (k,) marks the values that move; the others stay as in `z`. `known` are the residuals at values of this
+    horizon, with their best factors and biases.
     """
 
-    def __init__(self, residuals: Residuals, z: Array, horizon: float, moving: NDArray[np.bool_] | None = None) -> None:
+    def __init__(
+        self, residuals: Residuals, z: Array, horizon: float, moving: NDArray[np.bool_] | None = None,
+        known: Evaluated | None = None,
+    ) -> None:  # fmt: skip
         self.residuals, self.horizon, self.runs = residuals, horizon, 0
         moving = np.ones(len(z), np.bool_) if moving is None else moving
         self.z, self.linear, self.moving = z.copy(), residuals.linear & moving, moving & ~residuals.linear
-        self._latest: Evaluated | None = None
-        self._best: Evaluated | None = None
+        self._latest = known
+        self._best = None if known is None or known.reason else known
 
     def at(self, x: Array) -> Evaluated:
         """Evaluate the residuals, once for equal values."""
@@ -66,7 +68,7 @@ class Search:
             found = least_squares(
                 lambda x: np.append(self.at(x).residual, held @ (x - first)), x,
                 lambda x: np.vstack([self._projected(x), held]), x_scale="jac",
-                bounds=(residuals.lower[moving], residuals.upper[moving]), ftol=_ENOUGH, xtol=_ENOUGH,
+                bounds=(residuals.lower[moving], residuals.upper[moving]), ftol=SEARCH_ENOUGH, xtol=SEARCH_ENOUGH,
                 gtol=None, max_nfev=most,
             )  # fmt: skip
             return self.at(found.x)
@@ -78,7 +80,7 @@ class Search:
         """Return weights that hold values on which no residual depends; SciPy's steps are too long otherwise."""
         room = (self.residuals.upper - self.residuals.lower)[self.moving]
         size = np.linalg.norm(jacobian, axis=0)
-        return np.where(np.isfinite(room), _HELD / room, np.where(size > 0.0, _HELD_SENSOR * size, 1.0))
+        return np.where(np.isfinite(room), SEARCH_HELD / room, np.where(size > 0.0, SEARCH_HELD_SENSOR * size, 1.0))
 
 
 class _TimeIsUpError(Exception):

@@ -19,13 +19,11 @@ from linkages import InputError, RunError
 from linkages.base.arrays import Array
 from linkages.engines.compiled.batch.batch import run_batch
 from optim.identify.load import Channel, Identification, Measurement
+from optim.identify.numerics import STATISTICS_KNOWN, STATISTICS_PARTS, STATISTICS_POINTS
 from optim.identify.residuals import Residuals
 
 NAMES = ("mean", "deviation", "highest", "lowest")  # of a column; the last two are means over parts of the run
 WIDTHS = (0.3, 0.15, 0.1)  # distance of the points from the values, in scaled values, in each stage of a fit
-_PARTS = 10  # of the run, whose highest and lowest samples count
-_POINTS = 8  # for each value
-_KNOWN = 1e-3  # least deviation of a statistic, relative to the column's: no model is better
 
 
 class Statistics(Residuals):
@@ -38,9 +36,11 @@ class Statistics(Residuals):
         self._roots: dict[int, Array] = {}
         for one in task.measurements:
             for c in one.channels:
-                if len(c.times) < _PARTS**2:
+                if len(c.times) < STATISTICS_PARTS**2:
                     where, count = f"data.{one.name}.columns.{c.name}", len(c.times)
-                    raise InputError(task.source, where, f"has {count} samples; statistics need at least {_PARTS**2}")
+                    raise InputError(
+                        task.source, where, f"has {count} samples; statistics need at least {STATISTICS_PARTS**2}"
+                    )
 
     def of_width(self, width: float) -> Self:
         """Return the statistics of points at another distance from the values, with a scatter of their own."""
@@ -56,7 +56,7 @@ class Statistics(Residuals):
     @property
     def size(self) -> int:
         """Number of runs of an evaluation."""
-        return int(2 ** math.ceil(math.log2(_POINTS * (len(self.active) + 1))))
+        return int(2 ** math.ceil(math.log2(STATISTICS_POINTS * (len(self.active) + 1))))
 
     def count(self, channel: Channel, horizon: float) -> int:
         """Return the number of residuals of a column."""
@@ -87,7 +87,7 @@ class Statistics(Residuals):
             left = found[good] - terms[good] @ fitted
             middle = float(np.linalg.pinv(terms[good].T @ terms[good])[0, 0])
             scatter = left.T @ left * (1.0 + middle) / (good.sum() - terms.shape[1])
-            least = np.repeat([_KNOWN * float(np.std(c.values)) for c in one.channels], len(NAMES))
+            least = np.repeat([STATISTICS_KNOWN * float(np.std(c.values)) for c in one.channels], len(NAMES))
             self._roots[m] = np.linalg.cholesky(scatter + np.diag(least**2))
         lines = np.zeros((found.shape[1], len(z)))
         lines[:, mine] = fitted[1 : len(mine) + 1].T
@@ -144,6 +144,6 @@ class Statistics(Residuals):
 
 def numbers(values: Array) -> Array:
     """Return mean, standard deviation, and means of highest and lowest samples over parts (4, m) of samples (n, m)."""
-    parts = np.array_split(values, _PARTS)
+    parts = np.array_split(values, STATISTICS_PARTS)
     highest, lowest = (np.mean([f(part, axis=0) for part in parts], axis=0) for f in (np.max, np.min))
     return np.stack([values.mean(axis=0), values.std(axis=0), highest, lowest])

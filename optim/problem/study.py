@@ -114,9 +114,13 @@ class Study(Brief):
 
     def label(self, name: str) -> str:
         """Return the name of an objective or constraint, with its unit."""
-        quantity = next(quantity for _, key, quantity in self.quantities if key == name)
-        unit = "of nominal" if quantity.relative else quantity.unit
+        unit = self.unit(name)
         return f"{name} [{unit}]" if unit else name
+
+    def unit(self, name: str) -> str:
+        """Return the unit of an objective or constraint, empty for a pure number."""
+        quantity = next(quantity for _, key, quantity in self.quantities if key == name)
+        return "of nominal" if quantity.relative else quantity.unit
 
     def variable_label(self, path: str) -> str:
         """Return the path of a variable, with its unit."""

@@ -5,8 +5,10 @@
 | result            | ``result.json``, and the same as text; several results as a table  |
 | tolerance_text    | ``tolerances.json`` as text                                        |
 | tolerance_figures | histograms, influence, contributions of tolerances                 |
+| tables            | tables of studies for reports, as data                             |
 | export            | a store as text, CSV or Parquet                                    |
 | observe           | progress bar and convergence while an algorithm runs               |
-| figures           | convergence, Pareto front, Sobol's indices, one variable at a time |
+| figures           | convergence, Pareto front                                          |
+| shares            | Sobol's indices, one variable at a time                            |
 | identification    | fits, correlations, windows and profiles of an identification      |
 """

@@ -1,13 +1,11 @@
-"""Figures of an optimisation and of a sensitivity analysis, as files that are written whole or not at all."""
+"""Figures of an optimisation, as files that are written whole or not at all."""
 
 from __future__ import annotations
 
 import itertools
-import textwrap
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,9 +14,11 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from linkages.base.brief import counted
-from linkages.base.palette import IDEAL, INK, LINE, SOFT
+from linkages.base.palette import IDEAL, IDEAL_LINE, INK
 from linkages.input.files.writing import whole
-from linkages.show.plots.style import COLORS, axis_label, figure_style, save_figure, stacked_axes, typeset
+from linkages.show.plots.panels import legend_below, make_panels, say
+from linkages.show.plots.quantities import change, quantity
+from linkages.show.plots.style import COLORS, axis_label, engineering, figure_style, save_figure, typeset
 from optim.algorithms import pareto
 from optim.algorithms.nlp import Values
 from optim.evaluate.limits import FEASIBLE
@@ -28,19 +28,12 @@ from optim.search.result import Design, StudyResult
 _BEST, *_DESIGNS = COLORS
 _NOMINAL, _KNEE = IDEAL, INK
 _MARKERS = ("s", "^", "v", "P")
-_FIRST, _TOTAL = COLORS[3], COLORS[0]
-_ROUNDING, _WIDE = 1e-9, 0.1  # of shares, of half an interval that says little [1]
-_LINE = 42  # letters of a title above a panel of a front
 
 
-@contextmanager
-def png(
-    path: Path, width: float, height: float, layout: Literal["constrained"] | None = "constrained"
-) -> Iterator[Figure]:
-    """Give a figure of this size [inches] to draw in, and write it."""
+def write(path: Path, draw: Callable[[], Figure]) -> None:
+    """Draw a figure in the common style, and write it whole or not at all."""
     with figure_style():
-        figure = Figure(figsize=(width, height), layout=layout)
-        yield figure
+        figure = draw()
         with whole(path) as partial:
             save_figure(figure, partial, path.suffix[1:] or "png")
 
@@ -51,28 +44,42 @@ def write_convergence(study: Study, title: str, values: Values, path: Path) -> N
     The values (m,) are those that the algorithm minimises; the first design is the nominal one. Designs that violate
     constraints are open circles, failed ones are missing.
     """
+    write(path, lambda: _convergence(study, title, values))
+
+
+def _convergence(study: Study, title: str, values: Values) -> Figure:
     names, feasible = list(study.file.objectives), values.violation <= FEASIBLE
     count = np.arange(1.0, 1.0 + len(feasible), dtype=np.float64)
-    with png(path, 5.5, 1.2 + 2.0 * len(names), layout=None) as figure:
-        axes = stacked_axes(figure, [1.0] * len(names))
-        for ax, name, sign, column in zip(axes, names, study.signs, values.objectives.T, strict=True):
-            found = sign * np.where(np.isfinite(column), column, np.nan)
-            best = sign * np.fmin.accumulate(np.where(feasible, column, np.inf))
-            best[np.isinf(best)] = np.nan
-            _draw_designs(ax, count, found, feasible)
-            ax.step([*count, count[-1] + 0.5], [*best, best[-1]], where="post", color=_BEST, label="best so far")
-            if np.isfinite(found[0]):
-                ax.axhline(found[0], color=_NOMINAL, lw=2.0, zorder=1, label=_named(feasible[0]))
-            if np.isfinite(best[-1]):
-                _mark_best(ax, count, best)
-            ax.set_ylabel(label_of(study, name))
-            ax.set_ylim(*_seen(found, best, feasible))
-            ax.ticklabel_format(useOffset=False)
-        axes[0].set_title(title, loc="left")
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="lower right", ncols=4, fontsize="small")
-        axes[-1].set_xlim(0.5, count[-1] + 0.5)
-        axes[-1].set_xlabel("evaluations", loc="left")
-        axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    figure, axes = make_panels(len(names), 2.0, 1, sharex=True)
+    told = [f"{title}: {counted(len(count), 'design')}"]
+    for ax, name, sign, column in zip(axes, names, study.signs, values.objectives.T, strict=True):
+        found = sign * np.where(np.isfinite(column), column, np.nan)
+        best = sign * np.fmin.accumulate(np.where(feasible, column, np.inf))
+        best[np.isinf(best)] = np.nan
+        _draw_designs(ax, count, found, feasible)
+        ax.step([*count, count[-1] + 0.5], [*best, best[-1]], where="post", color=_BEST, label="best so far")
+        if np.isfinite(found[0]):
+            ax.axhline(found[0], color=_NOMINAL, lw=IDEAL_LINE, zorder=1, label=_named(feasible[0]))
+        if np.isfinite(best[-1]):
+            _mark_best(ax, count, best)
+        told.append(_reached(study, name, best[-1], found[0]))
+        ax.set_ylabel(label_of(study, name))
+        ax.set_ylim(*_seen(found, best, feasible))
+        ax.ticklabel_format(useOffset=False)
+    axes[-1].set_xlim(0.5, count[-1] + 0.5)
+    axes[-1].set_xlabel("evaluations")
+    axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+    say(figure, *told)
+    legend_below(figure, axes[:1])
+    return figure
+
+
+def _reached(study: Study, name: str, best: float, nominal: float) -> str:
+    """Tell the best value of an objective, and its change from the nominal design."""
+    if not np.isfinite(best):
+        return f"{name}: no design satisfies the constraints yet"
+    told = change(best, nominal, "nominal")
+    return f"{name}: best {value_said(study, name, best)}" + (f", {told}" if told else "")
 
 
 def _named(feasible: bool) -> str:
@@ -143,128 +150,51 @@ def write_pareto_front(study: Study, result: StudyResult, path: Path) -> None:
     for k, (name, entry) in enumerate(result.designs.items()):
         look = {"marker": _MARKERS[k % 4], "color": _DESIGNS[k % 4], "s": 40}
         points.append((name, _objectives([entry], names), look))
-    pairs = list(itertools.combinations(range(len(names)), 2))
-    columns = min(len(pairs), 3)
-    rows = -(-len(pairs) // columns)
-    with png(path, 3.4 * columns, 0.9 + 2.8 * rows) as figure:
-        axes = figure.subplots(rows, columns, squeeze=False).ravel()
-        for ax, (i, j) in zip(axes, pairs, strict=False):
-            for which, at, look in points:
-                ax.scatter(at[:, i], at[:, j], label=which, zorder=2 if which == "Pareto front" else 3, **look)
-            for axis, k in ((ax.xaxis, i), (ax.yaxis, j)):
-                better = "larger" if study.signs[k] < 0.0 else "smaller"
-                axis.set_label_text(f"{labels[k]}, {better} is better")
-            ax.margins(0.06)
-            ax.locator_params(nbins=4)
-            ax.ticklabel_format(useOffset=False, scilimits=(-3, 4))
-        for ax in axes[len(pairs) :]:
-            ax.set_visible(False)
-        title = textwrap.fill(f"{study.title}: {counted(len(front), 'design')}", _LINE * columns)
-        figure.suptitle(title, fontsize="medium")
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2 * columns)
+    write(path, lambda: _front(study, labels, points, marked))
+
+
+def _front(study: Study, labels: list[str], points: list[tuple[str, Array, dict[str, Any]]], marked: str) -> Figure:
+    """Draw pairs of objectives; `points` are groups of designs with their looks, the front first."""
+    pairs = list(itertools.combinations(range(len(labels)), 2))
+    figure, axes = make_panels(len(pairs), 2.8)
+    for ax, (i, j) in zip(axes, pairs, strict=True):
+        for which, at, look in points:
+            ax.scatter(at[:, i], at[:, j], label=which, zorder=2 if which == "Pareto front" else 3, **look)
+        for axis, k in ((ax.xaxis, i), (ax.yaxis, j)):
+            better = "larger" if study.signs[k] < 0.0 else "smaller"
+            axis.set_label_text(f"{labels[k]},\n{better} is better")
+        ax.margins(0.08)
+        ax.locator_params(nbins=4)
+        ax.ticklabel_format(useOffset=False, scilimits=(-3, 4))
+    (_, front, _), (_, best, _), (_, nominal, _), *_ = points
+    changes = (
+        f"{labels[k].partition(' [')[0]} {change(best[0, k], nominal[0, k], 'nominal')}" for k in range(len(labels))
+    )
+    say(figure, f"{counted(len(front), 'design')} on the front; the {marked}: {', '.join(changes)}")
+    legend_below(figure, axes[:1])
+    return figure
 
 
 write_front = write_pareto_front  # its earlier name
-
-
-def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
-    """Draw Sobol's indices of every quantity with their 95 % confidence intervals.
-
-    Parameters
-    ----------
-    study : Study
-    report : mapping
-        Content of ``sensitivity.json``.
-    path : Path
-
-    Examples
-    --------
-    >>> import pathlib, tempfile
-    >>> import optim
-    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
-    >>> report = optim.sensitivity(study, samples=2)
-    >>> file = pathlib.Path(tempfile.mkdtemp()) / "figure.png"
-    >>> optim.write_indices(study, report, file)
-    >>> file.exists()
-    True
-    """
-    quantities = report["quantities"]
-    places, vague = np.arange(len(study.names), dtype=np.float64), False
-    with png(path, 1.6 + 2.6 * len(quantities), 1.2 + 0.42 * len(places)) as figure:
-        axes = figure.subplots(1, len(quantities), sharey=True, squeeze=False)[0]
-        for ax, (name, entry) in zip(axes, quantities.items(), strict=True):
-            rows = entry["variables"].values()
-            for kind, shift, colour, text in (
-                ("first", -0.2, _FIRST, "first order: alone"),
-                ("total", 0.2, _TOTAL, "total: with interactions"),
-            ):
-                value, half = (
-                    np.array([row[key] for row in rows], dtype=np.float64) for key in (kind, f"{kind}_confidence")
-                )
-                vague = draw_shares(ax, places + shift, value, half, colour, text) or vague
-            for place, row in zip(places, rows, strict=True):
-                if row["inert"]:
-                    ax.text(0.02, place, "inert", va="center", color=SOFT)
-            ax.set_title(label_of(study, name), fontsize="medium")
-            ax.set_xlabel("share of the variance [1]")
-            ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
-        axes[0].set_yticks(places, study.names)
-        axes[0].invert_yaxis()
-        few = f"\ngrey: uncertain; {counted(report['evaluations'], 'design')} are too few" if vague else ""
-        figure.suptitle(f"{report['title']}\nSobol's indices, bars of 95 % confidence{few}", fontsize="medium")
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-
-
-def draw_shares(ax: Axes, places: Array, share: Array, half: Array, color: str, label: str) -> bool:
-    """Draw shares of a variance as bars with half their intervals of confidence; return whether one is uncertain.
-
-    A share is grey where its interval contains 0 or exceeds 1. It is uncertain if that interval is wide too.
-    """
-    vague = (share - half <= 0.0) & (half > 0.0) | (share + half > 1.0 + _ROUNDING)
-    look: dict[str, Any] = {"height": 0.38, "error_kw": {"lw": 1.0, "ecolor": INK}}
-    ax.barh(places, share, xerr=half, color=[LINE if one else color for one in vague], edgecolor=color, lw=0.6, **look)
-    ax.barh([], [], color=color, label=label)  # of the legend
-    return bool((vague & (half > _WIDE)).any())
-
-
-def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> None:
-    """Draw every quantity over each variable between its bounds, the others nominal.
-
-    The report is the content of ``sensitivity.json``.
-
-    Examples
-    --------
-    >>> import pathlib, tempfile
-    >>> import optim
-    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
-    >>> report = optim.sensitivity(study, samples=2)
-    >>> file = pathlib.Path(tempfile.mkdtemp()) / "figure.png"
-    >>> optim.write_one_at_a_time(study, report, file)
-    >>> file.exists()
-    True
-    """
-    quantities = report["quantities"]
-    shape = len(quantities), len(study.names)
-    with png(path, 0.8 + 1.8 * shape[1], 0.6 + 1.9 * shape[0]) as figure:
-        axes = figure.subplots(*shape, sharex="col", sharey="row", squeeze=False)
-        for line, (name, entry) in zip(axes, quantities.items(), strict=True):
-            line[0].set_ylabel(label_of(study, name))
-            for k, (ax, row) in enumerate(zip(line, entry["variables"].values(), strict=True)):
-                grid = report["grid"][study.paths[k]]
-                ax.plot(grid, np.array(row["one_at_a_time"], dtype=float), color=_TOTAL)
-                ax.axvline(study.nominal[k], color=_NOMINAL, linestyle="--", linewidth=1.0)
-                ax.ticklabel_format(axis="both", style="sci", scilimits=(-2, 3), useOffset=False)
-                ax.margins(y=0.1)
-        for ax, name, value in zip(axes[-1], study.names, study.paths, strict=True):
-            unit = study.points[0].system.value_unit(value)
-            ax.set_xlabel(axis_label(f"{name}\n", "" if unit == "1" else typeset(unit)))  # a power of ten follows
-        figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize="medium")
 
 
 def label_of(study: Study, name: str) -> str:
     """Name of an objective or constraint, with its unit as figures write it."""
     text, bracket, unit = study.label(name).rpartition(" [")
     return f"{text} [{typeset(unit)}" if bracket else unit
+
+
+def scaled_label(study: Study, name: str, values: Array) -> tuple[str, float]:
+    """Return the label of a quantity in a unit that suits its values, and their factor."""
+    unit = study.unit(name)
+    finite = np.abs(values[np.isfinite(values)])
+    readable, factor = engineering(unit, float(finite.max(initial=0.0)))
+    return axis_label(name, readable), factor
+
+
+def value_said(study: Study, name: str, value: float) -> str:
+    """Write a value of a quantity with its readable unit."""
+    return quantity(float(value), study.unit(name))
 
 
 def _objectives(entries: Sequence[Design], names: Sequence[str]) -> Array:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from linkages.base.brief import cell, counted
 from linkages.input.files.writing import whole
+from linkages.show.plots.names import name_of_value
+from linkages.show.plots.quantities import change, quantity
 from optim.algorithms.nlp import Ending
 from optim.problem.study import Study
 from optim.search.result import StudyResult
@@ -84,10 +86,10 @@ def result_answer(study: Study, result: StudyResult) -> list[str]:
     for name, value in best.objectives.items():
         before = nominal.objectives[name]
         if value is not None:
-            change = f", {_change(before, value).strip()} against the nominal design" if before else ""
-            said.append(f"{study.label(name)} becomes {value:.5g}{change}.")
+            told = "" if before is None else change(value, before, "the nominal design")
+            said.append(f"{name} becomes {quantity(value, study.unit(name))}{', ' * bool(told)}{told}.")
     bounds = zip(study.paths, study.lower, study.upper, strict=True)
-    ends = [path for path, low, high in bounds if not low < best.variables[path] < high]
+    ends = [name_of_value(path) for path, low, high in bounds if not low < best.variables[path] < high]
     if ends:
         said.append(f"At a bound: {', '.join(ends)}.")
     if not best.feasible:

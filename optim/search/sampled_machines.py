@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -148,13 +149,21 @@ class SampledMachines:
         next_one, most = 0, 1 if evaluator.executor is None else numerics.SAMPLED_MACHINES_UNDER_WAY
         while next_one < len(points) or begun:
             while next_one < len(points) and len(begun) < most:
-                chunk = points[next_one : next_one + evaluator.population(numerics.SAMPLED_MACHINES_CHUNK)]
+                chunk = points[next_one : next_one + self._size(evaluator, len(points) - next_one)]
                 begun.append((next_one, len(chunk), self.recorder.begin(chunk)))
                 next_one += len(chunk)
             first, size, wait = begun.popleft()
             evaluator.progress = _part(progress, first, size, len(points), evaluator)
             yield first, *self._judged(wait())
             progress((first + size) / len(points))
+
+    def _size(self, evaluator: Evaluator, left: int) -> int:
+        """Return how many of the machines that are left make the next chunk, a multiple of the judged number.
+
+        The last chunks halve: so all workers end at about the same time, and little is left to be stored then.
+        """
+        most, judged = evaluator.population(numerics.SAMPLED_MACHINES_CHUNK), numerics.SAMPLED_MACHINES_CHUNK
+        return min(most, judged * math.ceil(left / (2 * judged)))
 
     def _enough(self, good: int, count: int) -> bool:
         """Tell whether the interval of the yield is as narrow as asked for."""

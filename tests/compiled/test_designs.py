@@ -136,6 +136,15 @@ LENGTHS = {
         {"duration": 2e-3, "joints.B.clearance": 1e-5},
         {"sdf.frames.rod_B.pose.x": (0.11, 0.13)},
     ),
+    "narrow clearances, which limit the errors of steps": (
+        *PRESS,
+        {
+            "joints.A.clearance": (2e-5, 2e-4),
+            "sdf.frames.link2_C.pose.x": (0.17, 0.19),
+            "joints.B.clearance": (2e-5, 2e-4),
+        },
+    ),
+    "narrow clearance, no length": (*PRESS, {"joints.A.clearance": (2e-5, 2e-4)}),
     "dry": (*DRY, {"sdf.frames.rod_B.pose.x": (0.11, 0.13), "sdf.frames.crank_A.pose.x": (0.04, 0.06)}),
     "guide": ("slider_crank_guide", {"duration": 2e-3}, {"sdf.frames.rod_B.pose.x": (0.11, 0.13)}),
     "mass centre": (

@@ -1,13 +1,21 @@
-"""Derivatives of a system's numbers with respect to values: one system for all, or two of their own."""
+"""Derivatives of a system's numbers with respect to values: those that they fill, or differences of two systems."""
+
+from typing import Any, NamedTuple
+from unittest import mock
 
 import numpy as np
 import pytest
+from shipped import NAMES, shipped
 
 import linkages
 from linkages.base.kernel.block import contents
+from linkages.engines.compiled.derivatives import neighbours as module
+from linkages.engines.compiled.derivatives import start_derivatives as start_module
 from linkages.engines.compiled.derivatives.neighbours import Neighbours, neighbours
 from linkages.engines.compiled.derivatives.start_derivatives import start_derivatives
 from linkages.engines.compiled.run.model import start_state
+from linkages.results.outputs.registry import names, packer
+from linkages.system.owners import owners
 
 LINEAR = [
     "joints.A.clearance",
@@ -16,6 +24,13 @@ LINEAR = [
     "sdf.links.link2.mass",
     "sdf.links.link6.mass",
 ]
+
+
+class Numbers(NamedTuple):
+    """An array of integers, and a number."""
+
+    whole: Any
+    number: float
 
 
 def _dense(near):
@@ -30,32 +45,85 @@ def _has_systems(near):
     return "_systems" in vars(near)
 
 
-def _compare(shared, system, value):
-    own, found = _dense(Neighbours(system, value)), _dense(shared)
-    np.testing.assert_array_equal(found != 0.0, own != 0.0)
-    np.testing.assert_allclose(found, own, rtol=1e-7)
+def _compare(near, system, value):
+    """Compare with differences of systems."""
+    differences = Neighbours(system, value)
+    with mock.patch.object(module, "_owners", return_value={}):
+        own = _dense(differences)
+    np.testing.assert_array_equal(_dense(near) != 0.0, own != 0.0)
+    np.testing.assert_allclose(_dense(near), own, rtol=1e-7)
 
 
-def test_one_system_gives_the_derivatives_of_all_proportional_numbers():
+#: Files with values of many kinds, beside the shipped ones.
+KEYS = {
+    "elements": """[springs.S]
+point = "slider"
+anchor = [0.3, 0.0]
+stiffness = 4530.0
+free_length = 0.07785
+damping = 2.0
+[torsion_springs.T]
+joint = "A"
+stiffness = 3.0
+free_angle = 0.1
+damping = 0.01
+"""
+}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_register_has_all_numbers_that_a_value_fills(name):
+    """Numbers of arrays, of the closed linkage at the start and of all outputs, against differences of systems."""
+    check_register(shipped(name))
+
+
+def test_the_register_has_the_numbers_of_springs(tmp_path):
+    text = linkages.find_file("slider_crank_lubricated.toml").read_text()
+    file = f'"{linkages.find_file("slider_crank.sdf")}"'
+    (tmp_path / "sprung.toml").write_text(text.replace('"slider_crank.sdf"', file) + KEYS["elements"])
+    system = linkages.load(tmp_path / "sprung.toml")
+    known = check_register(system)
+    assert {"springs.S.damping", "springs.S.free_length", "torsion_springs.T.free_angle"} <= known
+
+
+def check_register(system):
+    read = packer(system, names(system, False))
+    makes = [module._arrays, start_module._closure, read]
+    register = owners(system)
+    for path in register:
+        try:
+            value = system.value(path)
+        except linkages.InputError:
+            continue  # not given, as a drive's angle
+        for make in makes:
+            found = Neighbours(system, path).rates(make)
+            with mock.patch.object(module, "_owners", return_value={}):
+                expected = Neighbours(system, path).rates(make)
+            unit = max(abs(value), 1e-2)
+            real = np.abs(expected.rates) * unit > 1e-9
+            np.testing.assert_array_equal(found.places, expected.places[real], err_msg=path)
+            np.testing.assert_allclose(found.rates, expected.rates[real], rtol=1e-7, err_msg=path)
+    return set(register)
+
+
+def test_values_that_fill_numbers_need_no_other_system():
     system = linkages.load(linkages.find_file("seven_bar.toml"))
     oil = linkages.Direction("oil", 0.5, {"joints.A.viscosity": 2.0, "joints.B.viscosity": 1.0})
-    values = [*LINEAR, oil]
-    shared = neighbours(system, values)
-    for near, value in zip(shared, values, strict=True):
+    values = [*LINEAR, "drives.O1.speed", "drives.O4.angle", "gravity.x", "gravity.y", oil]
+    for near, value in zip(neighbours(system, values), values, strict=True):
         _compare(near, system, value)
         assert not _has_systems(near), value
-        assert not near.derivative(start_state).any()
+    assert not start_derivatives(system, neighbours(system, LINEAR)).any()
 
 
-def test_one_system_gives_the_derivatives_of_lengths_and_speeds_too():
+def test_lengths_have_their_own_systems_and_add_up():
     """The place of the slider in the world is the sum of both lengths."""
     system = linkages.load(linkages.find_file("seven_bar.toml"))
     lengths = ["sdf.frames.link2_C.pose.x", "sdf.frames.link6_D.pose.x"]
     both = linkages.Direction("both", 1.0, dict(zip(lengths, (1.0, -2.0), strict=True)))
-    values = [*LINEAR, "drives.O1.speed", "gravity.x", *lengths, both]
-    for near, value in zip(neighbours(system, values), values, strict=True):
-        _compare(near, system, value)
-        assert not _has_systems(near), value
+    one, two, sum_of_both = map(_dense, neighbours(system, [*lengths, both]))
+    np.testing.assert_allclose(sum_of_both, one - 2.0 * two, atol=1e-9)
+    assert np.count_nonzero(one) > 0
 
 
 @pytest.mark.parametrize("path", ["sdf.frames.link2_C.pose.x", "drives.O1.speed"])
@@ -77,8 +145,19 @@ def test_values_with_other_numbers_have_their_own_systems():
     system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
     values = ["joints.B.contact.restitution", "sdf.links.rod.mass", "joints.B.clearance", "sdf.frames.rod_B.pose.x"]
     for near, value in zip(neighbours(system, values), values, strict=True):
-        _compare(near, system, value)
-        assert _has_systems(near) == value.startswith("joints."), value
+        assert near.arrays.places.size
+        assert _has_systems(near) != (value == "sdf.links.rod.mass"), value
+
+
+def test_a_value_that_changes_an_integer_has_no_derivative():
+    system = linkages.load(linkages.find_file("seven_bar.toml"))
+
+    def make(one):
+        return Numbers(np.array([round(1e9 * one.value("sdf.frames.link2_C.pose.x"))]), 2.0)
+
+    near = Neighbours(system, "sdf.frames.link2_C.pose.x")
+    with pytest.raises(linkages.InputError, match="changes the structure"):
+        near.rates(make)
 
 
 def test_rounding_is_no_change():

@@ -18,11 +18,10 @@ from shipped import shipped
 from linkages import AssemblyError, IdealMotion, Status, Trajectory, assess, find_file, load
 from linkages.engines.drake.plant import visuals
 from linkages.show.plots.animation.bounds import bounds
-from linkages.show.plots.animation.joint_views import guide_frames, journal_frames
-from linkages.show.plots.animation.magnified import strongest
 from linkages.show.plots.animation.recording import add_captions, frames, write_recording
 from linkages.show.plots.animation.surroundings import Surroundings
 from linkages.show.plots.histories import forces_figure
+from linkages.show.plots.instants import guide_frames, journal_frames, strongest
 from linkages.show.plots.journals import guides_figure
 from linkages.show.plots.style import engineering
 from linkages.system.rigid_segments import segmented
@@ -98,7 +97,7 @@ def test_where_the_ideal_linkage_does_not_close_the_recorded_motion_is_drawn(dry
 
 def test_a_contact_that_is_shorter_than_a_frame_is_shown(dry):
     times = np.linspace(0.0, dry.run.time[-1], 41)
-    shown = journal_frames(dry, "B", times)
+    shown = journal_frames(dry.system, dry.run, "B", times)
     assert len(dry.contacts) > 2
     assert min(row.duration for row in dry.contacts) < 0.5 * times[1]
     for row in dry.contacts:  # each contact is in the frame that it starts in
@@ -173,7 +172,7 @@ def test_below_each_force_stands_its_difference_from_the_ideal_one(dry):
 def test_a_block_in_its_slot_is_drawn_where_its_corners_are(machine, tmp_path):
     found = assess(machine(tmp_path), "drake", error_estimate=False)
     times = np.linspace(0.0, found.run.time[-1], 61)
-    shown, moments = guide_frames(found, "guide", times), strongest(found.run, "guide", times)
+    shown, moments = guide_frames(found.system, found.run, "guide", times), strongest(found.run, "guide", times)
     for k, (x, y) in enumerate([(1, 1), (-1, 1), (-1, -1), (1, -1)]):
         ratio = np.interp(moments, found.run.time, found.run[f"guide.corner{k + 1}.eccentricity_ratio"])
         # a corner lies as far across as middle and tilt say; between two steps both are interpolated

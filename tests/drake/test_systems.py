@@ -198,7 +198,7 @@ def test_a_step_that_throws_the_journal_through_the_wall_is_cut():
 
 def test_a_run_whose_steps_collapse_keeps_what_it_computed(monkeypatch):
     """A contact needs steps far below a microsecond."""
-    monkeypatch.setattr(steps, "_SMALLEST", 0.1)
+    monkeypatch.setattr(steps, "STEPS_SMALLEST", 0.1)
     run = simulate(shipped("seven_bar_dry", duration=0.05, **{"solver.max_step": 5e-4}), "drake")
     assert run.status is Status.STEP_SIZE_COLLAPSE
     assert run.time[-1] > 0.001

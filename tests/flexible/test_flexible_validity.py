@@ -55,7 +55,7 @@ def test_slopes_change_the_stiffness_by_one_per_cent_at_most(part, count):
 def test_a_link_in_pieces_is_advised_more_than_it_has():
     """Each of eight pieces is half a sine long: they need a slope of 1 % each."""
     system = machine(**{"links.rod.pieces": 8})
-    names = [name for part in system.tree.flexible["rod"] for name in part.coordinates]
+    names = [name for part in system.tree.deformable["rod"] for name in part.coordinates]
     bent = {f"q.{name}": np.array([0.0, name.endswith("bending1") * 0.2 * LENGTH / 8 / pi]) for name in names}
     rest = {f"{name}.omega": np.zeros(2) for name in system.mechanism.link} | {"O.rate": np.array([0.0, -150.0])}
     rest |= {"B.eccentricity_ratio": np.full(2, 0.5), "B.penetration": np.full(2, -2.5e-5)}

@@ -166,12 +166,13 @@ def test_the_table_of_runs_is_sorted_written_and_goes_back(page):
     text = page.browser.execute_async_script(
         """const done = arguments[0];
         URL.createObjectURL = (blob) => { blob.text().then(done); return "data:,"; };
-        [...document.querySelectorAll(".runs button")].find((one) => one.textContent === "CSV").click();"""
+        [...document.querySelectorAll(".panel button")].find((one) => one.textContent === "CSV").click();"""
     )
     heads, *rows = csv.reader(text.splitlines())
-    assert heads[:2] == ["run", f"{CLEARANCE} [mm]"]
-    assert [float(row[1]) for row in rows] == pytest.approx([0.3, 0.5, 0.2])
-    page.browser.find_element(By.XPATH, "//dialog[@class='runs']//td/button[.='2']").click()
+    assert heads[:3] == ["run", "change", f"{CLEARANCE} [mm]"]
+    assert [row[1] for row in rows] == ["", "Clearance of A 0.5 mm", "Clearance of A 0.2 mm"]
+    assert [float(row[2]) for row in rows] == pytest.approx([0.3, 0.5, 0.2])
+    page.browser.find_element(By.XPATH, "//table[@class='runs']//th/button[.='2']").click()
     page.settle()
     assert page.field(CLEARANCE).get_attribute("value") == "0.5"
 

@@ -24,7 +24,7 @@ def page(browser, serve):
 
 
 def press(page, name):
-    page.browser.find_element(By.XPATH, f"//dialog[@open]//button[.='{name}']").click()
+    page.browser.find_element(By.XPATH, f"//section[@class='panel']//button[.='{name}']").click()
 
 
 def there(page, selector):
@@ -46,16 +46,16 @@ def model(page, part, name):
 
 
 def sweep(page, path):
-    page.one(f'[data-path="{path}"] .sweep').click()
-    there(page, ".explore svg")
+    page.one(f'[data-path="{path}"] .slider button').click()
+    there(page, ".panel .plots svg")
 
 
 def want(page, text, output=None):
     """Ask where a swept peak has a value, and return the answer."""
     if output:
-        Select(page.one(".explore select")).select_by_value(output)
+        Select(page.one(".panel select")).select_by_value(output)
     page.one(".target").send_keys(text)
-    return page.one(".explore p").text
+    return page.one(".panel p").text
 
 
 def number(page, name, column="now"):
@@ -65,10 +65,10 @@ def number(page, name, column="now"):
 def test_which_clearance_doubles_the_force_of_b(page):
     """None does; one of 0.78 mm brings the journal to 0.9 of it."""
     sweep(page, "joints.B.clearance")
-    assert Select(page.one(".explore select")).first_selected_option.text == "Force of B"
+    assert Select(page.one(".panel select")).first_selected_option.text == "Force of B"
     assert "N is reached nowhere in this range" in want(page, "× 2")
     want(page, "0.9", "B.eccentricity_ratio")
-    page.one(".explore p button").click()
+    page.one(".panel p button").click()
     page.settle()
     assert float(page.field("joints.B.clearance").get_attribute("value")) == pytest.approx(0.78, abs=0.01)
     assert number(page, "B.eccentricity_ratio") == pytest.approx(0.9, abs=3e-3)
@@ -90,7 +90,7 @@ def test_which_length_reduces_the_torque_by_ten_per_cent(page):
     find(page, "length link3")
     sweep(page, LINK3)
     want(page, "−10 %", "O4.torque")
-    page.one(".explore p button").click()
+    page.one(".panel p button").click()
     page.settle()
     assert float(page.field(LINK3).get_attribute("value")) == pytest.approx(287.5, abs=1.0)
     assert number(page, "O4.torque") == pytest.approx(0.9 * before, rel=2e-3)
@@ -100,7 +100,7 @@ def test_where_does_it_lock(page):
     """Links 2 and 3 reach each other while their other ends are nearer than the sum of their lengths."""
     find(page, "length link2_C")
     sweep(page, LINK2)
-    said = page.one(".explore").text
+    said = page.one(".panel").text
     assert "runs fail, all but 142.2 to 234 mm" in said
     assert "The first: locked" in said
     press(page, "close")
@@ -134,7 +134,7 @@ def test_which_value_matters_most(page):
     page.button("sensitivities")
     there(page, ".explored button")[0].click()
     page.wait(lambda: len(page.browser.find_elements(By.CSS_SELECTOR, ".bars tr")) > 20)
-    Select(page.one(".explore select")).select_by_value("O4.torque")
+    Select(page.one(".panel select")).select_by_value("O4.torque")
     bar = float(page.one(".bars td").text.replace("−", "-"))
     page.one(".bars button").click()
     page.button("pin")
@@ -145,11 +145,11 @@ def test_which_value_matters_most(page):
 def test_which_tolerance_matters(page):
     find(page, "length link3")
     page.button("tolerances")
-    runs = page.browser.find_elements(By.CSS_SELECTOR, ".explore input")[1]
+    runs = page.browser.find_elements(By.CSS_SELECTOR, ".panel input")[1]
     runs.send_keys(Keys.CONTROL + "a")
     runs.send_keys("60")
     press(page, "run")
-    rows = {row.text.split("\n")[0]: row for row in there(page, ".explore tbody tr")}
+    rows = {row.text.split("\n")[0]: row for row in there(page, ".panel tbody tr")}
     row = next(row for text, row in rows.items() if text.startswith("Torque of O4"))
     mean, _, low, middle, high = [float(cell.text) for cell in row.find_elements(By.TAG_NAME, "td")[:5]]
     now = number(page, "O4.torque")
@@ -166,9 +166,9 @@ def test_how_much_lighter_may_a_link_be(page):
     page.settle()
     assert number(page, "link6.stress") > 0.0
     sweep(page, HEIGHT)
-    assert Select(page.one(".explore select")).first_selected_option.text == "Stress of link6"
+    assert Select(page.one(".panel select")).first_selected_option.text == "Stress of link6"
     want(page, "0.7")
-    page.one(".explore p button").click()
+    page.one(".panel p button").click()
     page.settle()
     assert number(page, "link6.stress") == pytest.approx(0.7, rel=5e-3)
 
@@ -177,7 +177,7 @@ def test_how_do_i_go_on_in_a_notebook(page, tmp_path):
     page.type("joints.A.clearance", "0.5")
     page.button("notebook")
     press(page, "write")
-    code = there(page, ".explore pre")[0].text
+    code = there(page, ".panel pre")[0].text
     press(page, "close")
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):

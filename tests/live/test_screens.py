@@ -1,6 +1,7 @@
 """The live page on screens of all sizes, in both colours, by keyboard, without motion."""
 
 import pytest
+from accessible import CONTRASTS, prefer
 from browser import find_browser
 from live_page import Page
 from selenium.webdriver.common.by import By
@@ -14,34 +15,6 @@ BOXES = """return [".picture", ".orbits", ".controls", ".numbers", ".curves"].ma
     const box = document.querySelector(name).getBoundingClientRect();
     return [box.left, box.top, box.right, box.bottom]; });"""
 
-# Ratio of contrast by WCAG 2.1: of texts, and of lines and edges, to the colour behind them; with what they are.
-CONTRASTS = """
-const numbers = (color) => color.match(/[\\d.]+/g).map(Number);
-const part = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
-const luminance = (color) => numbers(color).slice(0, 3).reduce((sum, v, k) => sum + [0.2126, 0.7152, 0.0722][k] * part(v / 255), 0);
-const behind = (element) => {
-  const color = getComputedStyle(element).backgroundColor;
-  return numbers(color)[3] === 0 ? behind(element.parentElement) : color;
-};
-const ratio = (color, back) => {
-  const [low, high] = [luminance(color), luminance(back)].sort((a, b) => a - b);
-  return (high + 0.05) / (low + 0.05);
-};
-const seen = (element) => element.checkVisibility() && !element.closest(":disabled, title, option");
-const texts = [], edges = [];
-for (const element of document.querySelectorAll("main *")) {
-  if (!seen(element)) continue;
-  const style = getComputedStyle(element), name = `${element.tagName} ${element.getAttribute("class")} ${element.textContent.slice(0, 20)}`;
-  if ([...element.childNodes].some((node) => node.nodeType === 3 && node.data.trim()) || element.matches("input, select"))
-    texts.push([ratio(element instanceof SVGElement ? style.fill : style.color, behind(element)), name]);
-  if (element.placeholder) texts.push([ratio(getComputedStyle(element, "::placeholder").color, behind(element)), `${name} placeholder`]);
-  if (element.matches("button, select, input:not([type=range])") && style.borderStyle !== "none")
-    edges.push([ratio(style.borderColor, behind(element.parentElement)), name]);
-  if (element.matches(".curve, .orbit, .clearance, .cursor")) edges.push([ratio(style.stroke, behind(element)), name]);
-}
-return [texts, edges];
-"""
-
 
 def resize(page, width, height):
     page.browser.execute_cdp_cmd(
@@ -49,10 +22,6 @@ def resize(page, width, height):
         {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False},
     )
     page.settle()
-
-
-def prefer(browser, feature, value):
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": feature, "value": value}]})
 
 
 @pytest.fixture

@@ -206,7 +206,12 @@ def test_ranges_contain_the_values_and_first_controls_are_those_of_the_machine()
         numbers = [control for control in found.values() if not control.choices]
         assert len(numbers) > 30
         assert all(control.low <= control.value <= control.high for control in numbers)
-        assert all(control.low > 0.0 for control in numbers if control.logarithmic)
+        assert all(control.low * control.high > 0.0 for control in numbers if control.logarithmic)
+        drives = [control for control in numbers if control.path.endswith(".speed") and control.first]
+        assert all(
+            sorted([control.low / control.value, control.high / control.value]) == pytest.approx([0.2, 5.0])
+            for control in drives
+        )
         assert any(control.path.endswith(".clearance") and control.first for control in numbers)
 
 

@@ -280,7 +280,7 @@ def test_show_and_export(file, tmp_path, capsys):
     store = out / "study.sqlite"
     capsys.readouterr()
     assert command("study", "show", store) == 0
-    printed = capsys.readouterr().out
+    printed = " ".join(capsys.readouterr().out.split())
     assert "ga, seed 1" in printed
     with read_store(store) as opened:
         designs, found = opened.evaluations()

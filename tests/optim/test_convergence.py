@@ -8,8 +8,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import optim
 from linkages.base.palette import LINE
 from optim.algorithms.nlp import Values
-from optim.report.figures import write_convergence, write_indices
+from optim.report.figures import write_convergence
 from optim.report.observe import Observer
+from optim.report.shares import write_indices
 from optim.store.store import Iteration
 
 NOMINAL, VIOLATING = 1.2577, 0.9

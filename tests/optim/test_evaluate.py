@@ -230,12 +230,12 @@ def test_division_into_requests_does_not_change_a_bit(study, invented_engine, pa
 
 @pytest.mark.processes
 def test_requests_to_an_executor_carry_enough_work(study, invented_engine, monkeypatch):
-    """By the clock a population takes 0.1 s a design: five designs make half a second, at both operating points."""
+    """By the clock a population takes 20 ms a design: five designs make 0.1 s, at both operating points."""
     found, real, asked = study(LIMITED), remote.answer, []
 
     def answer(shared, values):
         asked.append(len(values))
-        return real(shared, values)._replace(seconds=0.1 * len(values))
+        return real(shared, values)._replace(seconds=0.02 * len(values))
 
     monkeypatch.setattr(remote, "answer", answer)
     designs = np.random.default_rng(3).uniform(found.lower, found.upper, (12, 2))
@@ -247,7 +247,7 @@ def test_requests_to_an_executor_carry_enough_work(study, invented_engine, monke
         asked.clear()
         evaluate(designs)
         assert asked == [6, 6] * 2
-        assert evaluate.population(512) == 512, "250 designs are enough for 50 requests"
+        assert evaluate.population(512) == 3 * 512, "1250 designs are half a second of work for each of 50 requests"
 
 
 @pytest.mark.processes

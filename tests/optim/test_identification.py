@@ -15,6 +15,7 @@ import linkages
 import optim
 from linkages.cli.main import main
 from linkages.input.files.recorded import read_recording
+from optim.identify import budget, curves
 from optim.identify.batches import SumsOfSquares
 from optim.identify.certainty import certainty
 from optim.identify.correlation import coloured, correlation_of
@@ -848,6 +849,52 @@ def test_a_limit_of_time_ends_the_search_with_its_best_values(tmp_path):
     assert found["runs"] < 10
     assert any("limit of time" in text for text in found["warnings"])
     assert "stiffness" in optim.format_identification(found)
+
+
+@pytest.mark.parametrize(
+    ("limit", "of_a_run"), [("", 30.0), ("[fit]\ntime = 7.0\n", 1.0), ("[fit]\ntime = 7.0\n", 20.0)]
+)
+def test_a_fit_ends_at_its_limit_of_time_and_the_present_run_however_slow_runs_are(
+    tmp_path, monkeypatch, limit, of_a_run
+):
+    """The clock goes on with each run, as on a busy machine; the default limit is 50 s."""
+    now, run = [0.0], curves.differentiated
+
+    def slow(*given):
+        now[0] += of_a_run
+        return run(*given)
+
+    monkeypatch.setattr(curves, "differentiated", slow)
+    monkeypatch.setattr(budget, "clock", lambda: now[0])
+    far = TASK.replace("upper = 500.0\nstart = 210.0", "upper = 5000.0\nstart = 4500.0") + limit
+    found = optim.identify(load_identification(oscillator(tmp_path, task=far)))
+    assert now[0] <= (7.0 if limit else 50.0) + of_a_run
+    assert found.time_over
+    assert any("ended the fit" in text for text in found.warnings)
+
+
+def test_a_fit_that_converges_within_its_limit_is_not_said_to_be_ended_by_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(budget, "clock", lambda: 0.0)
+    found = optim.identify(load_identification(oscillator(tmp_path)))
+    assert not found.time_over
+    assert not any("limit of time" in text for text in found.warnings)
+
+
+def test_many_samples_within_a_step_have_the_values_and_derivatives_of_single_ones():
+    """Polynomials through ten nodes: 4000 samples in steps of some hundred, at their starts too."""
+    system = linkages.load(linkages.find_file("slider_crank_lubricated.toml"), {"duration": 0.004})
+    paths, outputs = ["joints.B.clearance", "sdf.links.slider.mass"], ["slider.ax", "B.force"]
+    run = linkages.simulate(system, outputs=outputs, wrt=paths)
+    times = np.union1d(np.linspace(0.0, 0.004, 4000), run.time[:-1])
+    values = np.array([system.value(path) for path in paths])
+    found = curves.Curves(system, paths, values, [(output, times) for output in outputs], moved=False)
+    for output in outputs:
+        computed, rates, _ = found(output, times)
+        exact = run.evaluate(times)[output]
+        assert np.max(np.abs(computed - exact)) < 1e-5 * np.sqrt(np.mean(exact**2))
+        for k, path in enumerate(paths):
+            exact = run.sensitivity.evaluate(times)[path][output]
+            assert np.max(np.abs(rates[:, k] - exact)) < 1e-5 * np.sqrt(np.mean(exact**2))
 
 
 def test_every_result_says_what_its_intervals_assume(tmp_path):

@@ -8,6 +8,7 @@ from browser import find_browser, open_page, picture
 
 from linkages.base.palette import LINKS
 from linkages.results.trajectory import load_trajectory
+from linkages.show.naming import output_in_words
 from linkages.show.plots.animation.magnified import GAP, REACH
 from linkages.show.report.page import write_report
 from linkages.show.report.result_folder import load_results
@@ -39,7 +40,7 @@ bar.push(button.textContent, viewer.animator.actions[0].time / viewer.animator.d
 button.click();
 bar.push(button.textContent);
 const enlarged = document.querySelector("dialog img");
-const curve = document.querySelector("#curves svg"), span = curve.getBoundingClientRect();
+const curve = document.querySelector("#curves .plots svg"), span = curve.getBoundingClientRect();
 const caption = () => document.querySelector("#curves figcaption").textContent;
 const ticks = () => curve.querySelectorAll("text").length && [...curve.querySelectorAll("text")].at(-1).textContent;
 const point = (kind, Event, part, more = {}) => curve.dispatchEvent(
@@ -81,9 +82,9 @@ def test_curves_tell_values_zoom_and_lead_the_animation(page, results_folder):
     width = page.seen["width"]
     run = load_trajectory(results_folder / "trajectory.npz")
     assert page.seen["curves"] == 5  # two outputs, two clearance joints, a drive
-    time, value = map(float, re.match(r"follower.omega \[rad/s\] at (\S+) s: (\S+),", read.replace("−", "-")).groups())
+    time, value = map(float, re.match(r"Angular velocity of follower \[rad/s\] at (\S+) s: (\S+),", read.replace("−", "-")).groups())
     assert value == pytest.approx(np.interp(time, run.time, run["follower.omega"]), rel=1e-3)
-    assert part == pytest.approx((0.75 * width - 64) / (width - 82), abs=0.02)
+    assert part == pytest.approx((0.75 * width - 52) / (width - 64), abs=0.02)
     assert float(zoomed.removesuffix(" s")) < float(whole.removesuffix(" s"))
 
 
@@ -91,8 +92,9 @@ def test_a_curve_goes_with_the_animation(page):
     """Tables of the run and of ideal joints, by selection."""
     lines, told, choices = page.seen["plot"]
     assert lines == 2
-    assert told.startswith("follower.omega [rad/s] at ")  # a value: it has been moved
-    assert choices == ["follower.omega", "coupler.ax", "A.force", "B.force", "O.torque"]
+    assert told.startswith("Angular velocity of follower [rad/s] at ")  # a value: it has been moved
+    names = ["follower.omega", "coupler.ax", "A.force", "B.force", "O.torque"]
+    assert choices == [output_in_words(name) for name in names]
 
 
 def test_every_figure_renders_and_can_be_enlarged(page, results_folder):

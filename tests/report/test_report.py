@@ -18,12 +18,13 @@ from engines import slow_on_drake
 from flexible_machines import bent_machine
 from machines import joint, model, solid
 
-from linkages import InputError, assess, summarize
+from linkages import InputError, assess, find_file, load, summarize
 from linkages.cli.main import main
+from linkages.input.files.writing import content_of
 from linkages.input.model.experiment import load_experiment
 from linkages.results.trajectory import load_trajectory
 from linkages.show.plots.histories import links_figure
-from linkages.show.report.answer import answer, question, remarks
+from linkages.show.report.answer import answer, question, remarks, tiles
 from linkages.show.report.page import render
 from linkages.show.report.result_folder import load_results
 from linkages.show.report.words import change, commands, experiment_file, percent, smoothing_lines
@@ -82,7 +83,7 @@ def test_the_tables_hold_the_summary_beside_ideal_joints_with_errors(page, resul
         return float(text.replace("−", "-"))
 
     value, ideal = summary["outputs"]["coupler.ax"], summary["ideal"]["outputs"]["coupler.ax"]
-    cells = table["coupler.ax [m/s²]"]
+    cells = table["Acceleration x of coupler [m/s²]"]
     for text, expected in zip(cells, (ideal["min"], ideal["max"], value["min"], value["max"]), strict=False):
         assert number(text) == pytest.approx(expected, rel=5e-3)  # three digits
         assert len(text.lstrip("−0.").replace(".", "").partition("e")[0].rstrip("0")) <= 3
@@ -367,6 +368,36 @@ def test_the_answer_says_what_the_joints_do_what_it_changes_and_what_to_try(resu
     assert action == "All joints are ideal."
     assert "with ideal joints" not in effect
     assert "linkages keys joints" in trial
+
+
+def test_a_machine_without_joint_forces_is_answered_by_its_torques():
+    """The wheels of a gear pair turn about their centres; the peaks are those of the summary."""
+    overrides = {"duration": 0.08, "gears.mesh.backlash.normal": 4e-5}
+    found = assess(load(find_file("gear_rattle.toml"), overrides), "compiled", error_estimate=False)
+    summary = content_of(summarize(found))
+    mesh, drive = summary["loads"]["mesh"]["torque"]["peak"], summary["drives"]["A"]["torque"]["peak"]
+    action, effect, trial = answer(summary, "gear_rattle.toml")
+    assert f"the flanks of mesh touch {summary['loads']['mesh']['impacts']} times" in action
+    assert effect.startswith("The joints carry no force but those of teeth or belts, which are not computed; ")
+    assert f"the largest torque of the loads is {mesh:.3g} N m, of mesh, " in effect
+    assert f"the largest torque of the drives is {drive:.3g} N m, of A, " in effect
+    assert trial.endswith(" --set gears.mesh.backlash.normal=2e-05")
+    shown = {meaning.partition(";")[0]: number for number, meaning in tiles(summary)}
+    assert shown["largest torque, of mesh"] == f"{mesh:.4g} N m"
+    assert "of the time in contact, flanks of mesh" in shown
+
+
+def test_a_machine_that_nothing_loads_is_answered_by_its_motion():
+    summary = content_of(
+        summarize(assess(load(find_file("gear_rattle.toml"), {"duration": 0.01}), "compiled", error_estimate=False))
+    )
+    summary |= {"loads": {}, "drives": {}, "warnings": []}
+    _, effect, _ = answer(summary, "gear_rattle.toml")
+    said = "No force passes through the joints, and no load or drive acts; wheel.omega reaches "
+    assert effect.startswith(said)
+    assert float(effect.removeprefix(said).split()[0]) == pytest.approx(
+        summary["outputs"]["wheel.omega"]["peak"], rel=5e-3
+    )
 
 
 def test_links_that_bend_have_numbers_a_table_and_a_figure(tmp_path):

@@ -15,7 +15,7 @@ _MOMENTS = 24  # of the recording, at which labels are looked at
 _LABELS = f"""
 await decoded(window);
 const pane = document.querySelector("#meshcat-pane").getBoundingClientRect();
-const slider = document.querySelector("#bar input"), labels = [...document.querySelectorAll(".caption.label")];
+const slider = document.querySelector("#bar input"), labels = [...document.querySelectorAll(".label")];
 const outside = [];
 for (let k = 0; k <= {_MOMENTS}; k++) {{
   slider.value = slider.max * k / {_MOMENTS};
@@ -57,7 +57,7 @@ def test_the_pages_of_a_life_and_of_a_drawing_fit_their_window(tmp_path):
     assert main(["report", str(tmp_path / "wear")]) == 0
     assert main(["draw", "seven_bar.toml", "--out", str(tmp_path / "drawing")]) == 0
     look = """return {wide: document.documentElement.scrollWidth - innerWidth,
-      captions: document.querySelectorAll("figcaption").length, times: document.querySelector("#times")?.value}"""
+      captions: document.querySelectorAll("figcaption").length, times: document.querySelectorAll("output")[1]?.value}"""
     for page in ("wear/wear.html", "wear/report.html", "drawing/drawing.html"):
         for size in SIZES:
             seen = open_page(tmp_path / page, tmp_path, look, size).seen

@@ -6,10 +6,12 @@ each of them is in memory, so that compiled code can write other ones there.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages.base.arrays import Indices
 from linkages.base.kernel.by_reference import Packed, lay, packed, reference_to
@@ -44,6 +46,56 @@ def _gather(value: Any, parts: list[bytes], structure: list[Any]) -> None:
     else:
         parts.append(np.array(value, np.float64 if isinstance(value, float) else np.int64).tobytes())
         structure.append(type(value))
+
+
+def starts(value: Any, name: str = "") -> dict[str, int]:
+    """Return the place of the first number of each array among the `contents` of a named tuple, by its name.
+
+    The name of an array in a named tuple within another is, for example, "bodies.records".
+    """
+    found: dict[str, int] = {}
+    _find(value, name, 0, found)
+    return found
+
+
+def _find(value: Any, name: str, start: int, found: dict[str, int]) -> int:
+    """Add the places of a value's arrays; return the place after its numbers."""
+    if isinstance(value, Packed):
+        return _find(value.unpacked, name, start, found)
+    if isinstance(value, tuple):
+        names = getattr(value, "_fields", map(str, range(len(value))))
+        for part, item in zip(names, value, strict=True):
+            start = _find(item, f"{name}.{part}" if name else part, start, found)
+        return start
+    found[name] = start
+    if isinstance(value, np.ndarray):
+        return start + value.nbytes // 8
+    return start if isinstance(value, bool | np.bool_) else start + 1
+
+
+def are_floats(value: Any) -> NDArray[np.bool_]:
+    """Tell which of the numbers that `contents` lists are floats; the others are integers."""
+    return np.concatenate([np.zeros(0, bool), *_kinds(value)])
+
+
+def _kinds(value: Any) -> Iterator[NDArray[np.bool_]]:
+    if isinstance(value, Packed):
+        yield from _kinds(value.unpacked)
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from _kinds(item)
+    elif isinstance(value, np.ndarray):
+        yield np.tile(_kinds_of(value.dtype), value.size)
+    elif not isinstance(value, bool | np.bool_):
+        yield np.array([isinstance(value, float)])
+
+
+@cache
+def _kinds_of(dtype: np.dtype[Any]) -> NDArray[np.bool_]:
+    """Tell which numbers of an entry of an array are floats."""
+    if dtype.names is None:
+        return np.full(int(np.prod(dtype.shape, dtype=int)), dtype.base.kind == "f")
+    return np.concatenate([_kinds_of(dtype[name]) for name in dtype.names])
 
 
 class Block(Packed):

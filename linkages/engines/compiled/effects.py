@@ -18,8 +18,9 @@ import numpy as np
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, listed
 from linkages.base.kernel.block import Contents, contents
-from linkages.elements.machine import all_elements_of
+from linkages.elements.machine import OF_ELEMENTS, all_elements_of
 from linkages.engines.compiled.run.job import make_given
+from linkages.engines.numerics import EFFECTS_SAME, EFFECTS_STEP
 from linkages.input.functions.definitions import TIME
 from linkages.input.model.mechanism import Frame, Link
 from linkages.mechanics.planar.kinematics import poses_at
@@ -52,8 +53,6 @@ _ELSEWHERE = {
     "segments": "Drake's runs use it",
 }
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
-_SAME = 1e-9  # of places over the linkage's size, and of angles [rad]: they are the same but for rounding
-_STEP = 1e-2  # by which a value is changed to see its effect: relative, or of the size, or [rad]
 
 
 def varied(system: System, path: str, values: Sequence[float], outputs: Sequence[str] = ()) -> str:
@@ -109,7 +108,7 @@ def near(system: System, path: str) -> list[float]:
     value = system.value(path)
     if isinstance(value, int):
         return [value, value + 1]
-    return [value, value * (1.0 + _STEP) if value else _unit(system, path)]
+    return [value, value * (1.0 + EFFECTS_STEP) if value else _unit(system, path)]
 
 
 def without_effect(system: System, before: System, path: str) -> str:
@@ -149,12 +148,12 @@ def _same_motion(one: System, other: System, outputs: Sequence[str]) -> bool:
         return False
     if _counts_from_reference(one) or one.tree.coordinates != other.tree.coordinates:
         return False
-    if np.abs(one.basis - other.basis).max() > _SAME:
+    if np.abs(one.basis - other.basis).max() > EFFECTS_SAME:
         return False
     size, owners = one.tree.extent, {name.rpartition(".")[0] for name in outputs}
     parts = [(_inertias(each), _places(each, owners, size), _start(each, size)) for each in (one, other)]
     return all(
-        first.shape == second.shape and bool(np.all(np.abs(first - second) <= _SAME))
+        first.shape == second.shape and bool(np.all(np.abs(first - second) <= EFFECTS_SAME))
         for first, second in zip(*parts, strict=True)
     )
 
@@ -164,7 +163,7 @@ def _counts_from_reference(system: System) -> bool:
     counting = any(kind.from_reference(keys) for kind, _, keys in all_elements_of(system.parts))
     oriented = any(model.feed or model.is_tilted or model.is_worn for model in system.models)
     reading = {*system.functions_read} - {TIME}
-    return counting or bool(system.quantities) or oriented or bool(reading) or bool(system.tree.flexible)
+    return counting or bool(system.quantities) or oriented or bool(reading)
 
 
 def _inertias(system: System) -> Array:
@@ -228,13 +227,18 @@ def _reason(system: System, path: str) -> str:
     table, name, *keys = [*path.split("."), ""]
     if table == "sdf":
         return _of_machine(system, path)
-    if table == "links" and name not in system.flexible:
-        return f'link {name} is rigid; give links.{name}.model = "flexible"'
+    if idle := _idle(system, table, name):
+        return idle
     for key in set(keys) & _ELSEWHERE.keys():
         return f"only {_ELSEWHERE[key]}"
     if table == "joints":
         return _of_joint(system, name)
     return "no model or law that is chosen uses it"
+
+
+def _idle(system: System, table: str, name: str) -> str:
+    """Say why an element as a whole does not act; empty if it does."""
+    return OF_ELEMENTS[table].idle(system.parts[table].get(name), name) if table in OF_ELEMENTS else ""
 
 
 def _of_machine(system: System, path: str) -> str:
@@ -254,8 +258,7 @@ def _of_machine(system: System, path: str) -> str:
 def _is_used_elsewhere(system: System, path: str) -> bool:
     """Check whether another computation than a compiled run reads the value."""
     table, name, *_ = [*path.split("."), ""]
-    idle = table == "links" and name not in system.flexible
-    return not idle and bool(set(path.split(".")) & _ELSEWHERE.keys())
+    return not _idle(system, table, name) and bool(set(path.split(".")) & _ELSEWHERE.keys())
 
 
 def _of_joint(system: System, name: str) -> str:
@@ -277,7 +280,7 @@ def _is_across(basis: Array, key: str) -> bool:
     """Check whether a part of a pose is normal to a plane that axes of the world span."""
     normal = int(np.argmax(np.abs(basis[:, 2])))
     in_plane = [axis for k, axis in enumerate("xyz") if k != normal] + [_POSE[3 + normal]]
-    return bool(abs(basis[normal, 2]) > 1.0 - _SAME) and key in _POSE and key not in in_plane
+    return bool(abs(basis[normal, 2]) > 1.0 - EFFECTS_SAME) and key in _POSE and key not in in_plane
 
 
 def _instead(system: System, path: str, kind: str, name: str, key: str) -> Iterator[tuple[str, str]]:
@@ -311,7 +314,7 @@ def _acts(system: System, path: str) -> bool:
 
 
 def _unit(system: System, path: str) -> float:
-    return _STEP * (system.tree.extent if system.value_unit(path) == "m" else 1.0)
+    return EFFECTS_STEP * (system.tree.extent if system.value_unit(path) == "m" else 1.0)
 
 
 def _numbers_at(system: System, path: str) -> float | Collection[float] | None:

@@ -16,14 +16,13 @@ from linkages.engines.budget import WINDOW, Budget, most
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner, join
 from linkages.engines.methods import method
+from linkages.engines.numerics import SIMULATION_FEW
 from linkages.mechanics.integrate.driver import PAUSED, Record
 from linkages.results.derivatives import Direction
 from linkages.results.outputs.columns import Columns
 from linkages.results.trajectory import Loops, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
-
-_FEW = 200  # steps between checks of links without mass
 
 
 def simulate(
@@ -44,7 +43,7 @@ def simulate(
     t, y, step, status = 0.0, runner.start, 0.0, Status.OK
     parts, budget, window = [], Budget(system), min(WINDOW, most(system))
     if system.has_light_links:
-        window = min(window, _FEW)
+        window = min(window, SIMULATION_FEW)
     until = np.inf
     try:
         while True:

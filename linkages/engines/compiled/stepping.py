@@ -18,6 +18,7 @@ from linkages.engines.compiled.run.job import MOST, make_given
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import STATUS, Runner
 from linkages.engines.compiled.run.sampling import tabulate_run
+from linkages.engines.numerics import STEPPING_EARLY
 from linkages.mechanics.integrate.driver import PAUSED
 from linkages.mechanics.planar.contact_memory import record_memory, recorded
 from linkages.results.outputs.registry import default_outputs, pack
@@ -27,7 +28,6 @@ from linkages.system.ideal_motion import cause
 _KEYS = {"drives": ("torque", "force")} | {
     kind.table: (kind.applied.key,) for kind in KINDS if kind.applied is not None
 }
-_EARLY = 1e-12  # rounding of a time that is reached, relative to it
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,7 @@ class Stepper:
             If the time is not after the present one or is after the experiment's duration, or an input is unknown or
             not finite, or the motion has ended.
         """
-        if not self._time < time <= self.system.settings.duration * (1.0 + _EARLY):
+        if not self._time < time <= self.system.settings.duration * (1.0 + STEPPING_EARLY):
             last = self.system.settings.duration
             raise InputError("argument", "time", f"is {time:g} s; it must be after {self._time:g} s, up to {last:g} s")
         if self._status is not Status.OK:

@@ -21,12 +21,11 @@ from linkages.engines.drake.clearance import ClearanceJoints, JointsWithStates
 from linkages.engines.drake.drives import Drives, StatefulDrives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.engines.drake.steps import StepControl, drives_of, is_collapse
+from linkages.engines.numerics import DIAGRAM_FIRST
 from linkages.results.trajectory import TimeReport
 from linkages.system import System
 from linkages.system.ideal_motion import cause
 from linkages.system.rigid_segments import segmented
-
-_FIRST = 1e-3  # first step of `Linkage.advance` over the largest step
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ class Linkage:
 
         simulator.set_monitor(look)
         try:
-            steps.begin(_FIRST * steps.largest, steps.accuracy)
+            steps.begin(DIAGRAM_FIRST * steps.largest, steps.accuracy)
             steps.advance(until)
             status = steps.status
         except RuntimeError as problem:
@@ -179,7 +178,7 @@ def add_linkage(
         raise InputError(
             "argument", "external", "adds forces that the friction of a joint cannot know; use no coefficient"
         )
-    system = segmented(system) if system.tree.flexible else system
+    system = segmented(system)
     system.assembly  # noqa: B018 (raises before anything is added)
     tree = system.tree
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)

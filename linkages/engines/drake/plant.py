@@ -24,16 +24,13 @@ from pydrake.multibody.tree import (
 from linkages.base.arrays import Array, Indices
 from linkages.base.errors import InputError
 from linkages.elements.coordinates import WHEEL
+from linkages.engines.numerics import PLANT_BLOCK, PLANT_LIGHT, PLANT_WIDTH
 from linkages.input.files.raw_model import Pose, RawModel
 from linkages.input.files.sdf_text import sdf_text
 from linkages.input.model.mechanism import Link
 from linkages.mechanics.planar.record_types import PRISMATIC
 from linkages.system.spanning import freedoms
 from linkages.system.tree import Tree
-
-_WIDTH = 0.02  # width of a bar over the size of the linkage
-_LIGHT = 1e-6  # size of the linkage over the radius of gyration of a gearbox' wheel
-_BLOCK = 0.06  # side of a block over the size of the linkage, for a link with one joint
 
 
 def tree_sdf(tree: Tree) -> str:
@@ -220,7 +217,7 @@ def _add_wheel(plant: MultibodyPlant, instance: int, tree: Tree, name: str, iner
         at = plant.GetBodyByName(one.name, instance).body_frame()
         X_LP = RigidTransform(RotationMatrix(one.rotation), one.translation + shift[one.name]).inverse() @ X_WP
     place = plant.AddFrame(FixedOffsetFrame(f"{name}_place", at, X_LP, instance))
-    mass, radius = inertia * (_LIGHT / tree.extent) ** 2, tree.extent / _LIGHT
+    mass, radius = inertia * (PLANT_LIGHT / tree.extent) ** 2, tree.extent / PLANT_LIGHT
     disc = UnitInertia(0.5 * radius**2, 0.5 * radius**2, radius**2)
     wheel = plant.AddRigidBody(name, instance, SpatialInertia(mass, np.zeros(3), disc))
     plant.AddJoint(RevoluteJoint(name, place, wheel.body_frame(), np.array([0.0, 0.0, joint.sign])))
@@ -236,9 +233,9 @@ def visuals(tree: Tree, link: Link) -> tuple[str, ...]:
     The widths follow from the size of the linkage [m].
     """
     shape, size = tree.skeleton(link.name), tree.extent
-    width = _WIDTH * size
+    width = PLANT_WIDTH * size
     if not shape.bars:
-        sides = (_BLOCK * size, _BLOCK * size, width)
+        sides = (PLANT_BLOCK * size, PLANT_BLOCK * size, width)
         return (_box(tree.basis, link, 0, shape.places[0], np.array([1.0, 0.0]), sides, shape.color),)
     ends = [(shape.places[a], shape.places[b]) for a, b in shape.bars]
     lengths = [float(np.linalg.norm(b - a)) for a, b in ends]

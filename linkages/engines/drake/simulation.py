@@ -19,15 +19,12 @@ from linkages.engines.drake.drives import StatefulDrives
 from linkages.engines.drake.steps import StepControl, is_collapse
 from linkages.engines.drake.steps import longest_step as longest_step  # part of the engine's interface
 from linkages.engines.methods import expect_run
+from linkages.engines.numerics import SIMULATION_BETWEEN, SIMULATION_FINEST, SIMULATION_FIRST
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.outputs.columns import Columns, columns
 from linkages.results.trajectory import Loops, TimeReport, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
-
-_BETWEEN = 3e-2  # accuracy of the repeated integration between two steps, over the run's accuracy
-_FIRST = 0.1  # its longest first step at this accuracy, over the run's step: a longer one is rejected
-_FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes from converging
 
 
 def simulate(system: System, progress: TimeReport | None = None) -> Trajectory:
@@ -158,7 +155,7 @@ class _Recorder:
         self._kept: tuple[list[float], list[Array]] = [], []  # of the present step
         # a short step keeps velocity errors that a long step damps; they would appear in a film's force
         accuracy = self.system.settings.accuracy
-        self.accuracy = min(accuracy, max(_BETWEEN * accuracy, _FINEST))
+        self.accuracy = min(accuracy, max(SIMULATION_BETWEEN * accuracy, SIMULATION_FINEST))
 
     def __call__(self, times: Array) -> Columns:
         return columns(self.system, times, *self.states_at(times))
@@ -201,8 +198,8 @@ class _Recorder:
             root.SetDiscreteState(self.memories[step])
         if t > times[last]:
             # at the run's own accuracy a short step would keep velocity errors that a long one damps
-            whole = accuracy > _BETWEEN * self.system.settings.accuracy
-            longest = (1.0 if whole else _FIRST) * (self.times[step + 1] - self.times[step])
+            whole = accuracy > SIMULATION_BETWEEN * self.system.settings.accuracy
+            longest = (1.0 if whole else SIMULATION_FIRST) * (self.times[step + 1] - self.times[step])
             self.steps.begin(min(t - times[last], longest), accuracy)
             self.steps.advance(t)
 

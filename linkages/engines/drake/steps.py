@@ -25,19 +25,21 @@ from linkages.base.arrays import Array
 from linkages.base.errors import RunError, Status
 from linkages.engines.drake.drives import Drives
 from linkages.engines.methods import method
+from linkages.engines.numerics import (
+    STEPS_CUT,
+    STEPS_EVENT_ACCURACY,
+    STEPS_FIRST,
+    STEPS_SHORTER,
+    STEPS_SHRUNK,
+    STEPS_SMALLEST,
+)
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
-_FIRST = 1e-3  # first step after a sample at the start, over the longest one
-_SMALLEST = 1e-9  # step over the longest one below which the run has collapsed
-_EVENT_ACCURACY = 1e-3  # tolerance of contact times over the accuracy
-_SHRUNK = 0.5  # ratio of successive steps below which an implicit integrator is restarted
 _SMALL, _PATIENCE = 1e-2, 50  # with contacts: restart after this many steps below this fraction of the largest step
 _SPOILT = ("runge_kutta5", "bogacki_shampine3")  # schemes with wrong derivatives in second attempts
-_CUT = 0.1  # step reduction after an attempt without finite forces
 _COLLAPSES = ("step size", "select step", "NaN")  # parts of Drake's messages about a step collapse
 _SINGULAR = "not positive-definite"  # the same about masses
-_SHORTER = 0.9  # reduction of a repeated step that needed a second attempt
 
 
 def longest_step(system: System) -> float:
@@ -75,13 +77,13 @@ class StepControl:
         self.accuracy = self._accuracy = min(system.settings.accuracy for system in systems)
         self.largest = min(map(longest_step, systems))
         self._integrator = ResetIntegratorFromFlags(simulator, schemes[0], self.largest)
-        self._smallest = _SMALLEST * self.largest
+        self._smallest = STEPS_SMALLEST * self.largest
         self._contacts_end_steps = any(system.can_touch for system in systems)
         self._implicit, self._spoilt = schemes[0] in IMPLICIT, schemes[0] in _SPOILT
         self._evaluations = self._age = 0
         self._time, self._step, self._state = 0.0, 0.0, np.empty(0)
         self.again, self.kept, self.status = False, True, Status.OK
-        simulator.get_mutable_context().SetAccuracy(_EVENT_ACCURACY * self._accuracy)
+        simulator.get_mutable_context().SetAccuracy(STEPS_EVENT_ACCURACY * self._accuracy)
         self._settle()
 
     @property
@@ -97,7 +99,7 @@ class StepControl:
     def begin_again(self) -> None:
         """Begin again at the context's state, which has changed, with steps of the last size."""
         self._state = self.simulator.get_context().get_continuous_state_vector().CopyToVector()
-        self._restart(self._step or _FIRST * self.largest)
+        self._restart(self._step or STEPS_FIRST * self.largest)
 
     def limit(self, longest: float) -> None:
         """Limit the next step [s]; for events at its start."""
@@ -121,7 +123,7 @@ class StepControl:
                     raise RunError(f"Drake cannot find the accelerations: the mass matrix {text}") from None
                 if "NaN" not in str(problem) or 0.0 < self._step <= self._smallest:
                     raise
-                self.again, self.kept, self._step = True, False, _CUT * (self._step or self.largest)
+                self.again, self.kept, self._step = True, False, STEPS_CUT * (self._step or self.largest)
             if not self.again or (self.kept and root.get_time() >= end):
                 return
             if not self.kept:
@@ -135,7 +137,7 @@ class StepControl:
         state: Array = root.get_continuous_state_vector().CopyToVector()
         self.again, self.kept = False, True
         if step > 0.0 and self._spoilt and self._integrator.get_num_step_shrinkages_from_error_control():
-            self.again, self.kept, step = True, False, _SHORTER * step
+            self.again, self.kept, step = True, False, STEPS_SHORTER * step
         elif step > 0.0 and self._implicit and self._is_stale(step, len(state)):
             self.again, self.kept = True, not self._contacts_end_steps  # a restart would lose a contact at its end
         if self.kept:
@@ -159,7 +161,7 @@ class StepControl:
         """Check whether steps shrank, or the iteration matrix is old; if contacts end steps: if they stay small."""
         if not self._contacts_end_steps:
             self._age += 1
-            return step < _SHRUNK * self._step or self._age >= states
+            return step < STEPS_SHRUNK * self._step or self._age >= states
         self._age = self._age + 1 if step < _SMALL * self.largest else 0
         return self._age >= _PATIENCE
 

@@ -11,6 +11,7 @@ from linkages.base.arguments import Names, validated
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import ARGUMENT, InputError, Status
 from linkages.engines.compiled.effects import check_varied
+from linkages.explore.numerics import BRANCHES_MOST, BRANCHES_SAME, BRANCHES_SHOWN
 from linkages.explore.periodic.continuation import Settings, Solution, rescaled, solve
 from linkages.explore.periodic.motion import PeriodicMotion, made
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
@@ -21,9 +22,6 @@ from linkages.results.outputs.registry import pack
 from linkages.system import System
 
 _FIRST, _LEAST = 0.2, 1e-4  # first and smallest step, over the largest
-_SHOWN = 0.98  # largest progress before the end
-_MOST = 400  # points of a branch in one direction
-_SAME = 1e-4  # distance of two bifurcations over the range, below which they are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,7 +229,7 @@ class _BranchSearch:
         """Trace the branches from the period doublings of a branch, each once: one may join two doublings."""
         rejoined: list[float] = []
         for k, event in enumerate(_in_order(traces)[1]):
-            if event.kind != DOUBLING or any(abs(event.point.p - p) < _SAME * self._range for p in rejoined):
+            if event.kind != DOUBLING or any(abs(event.point.p - p) < BRANCHES_SAME * self._range for p in rejoined):
                 continue
             new = self._doubled(event, given.periods, settings, done, share)
             if new is not None:
@@ -257,9 +255,9 @@ class _BranchSearch:
 
         def report(point: Solution) -> None:
             self._motion(given, point)  # not at the end, which an interruption should reach soon
-            self.progress(_SHOWN * (done + share * abs(point.p - start) / self._range))
+            self.progress(BRANCHES_SHOWN * (done + share * abs(point.p - start) / self._range))
 
-        found = trace(given, point, (self.low, self.high), settings, _MOST, report)
+        found = trace(given, point, (self.low, self.high), settings, BRANCHES_MOST, report)
         self.interrupted |= found.end == INTERRUPTED
         return found
 

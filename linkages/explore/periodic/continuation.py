@@ -16,15 +16,17 @@ import numpy as np
 
 from linkages.base.arrays import Array
 from linkages.base.errors import RunError
+from linkages.explore.numerics import (
+    CONTINUATION_BENT,
+    CONTINUATION_BISECTIONS,
+    CONTINUATION_FAR,
+    CONTINUATION_GOOD,
+    CONTINUATION_HALVINGS,
+    CONTINUATION_ROUNDS,
+    CONTINUATION_WIDEST,
+)
 
-_ROUNDS = 12  # Newton iterations
-_HALVINGS = 5  # of a Newton step that increases the residual
-_GOOD = 3  # iterations of a correction after which the step is kept
 _GROWTH, _SHRINK = 1.5, 0.5  # factors of the step
-_BENT = 0.9  # cosine of two tangents below which the step is repeated with half its length
-_FAR = 2.0  # correction over the step above which the solution may be one of another branch
-_BISECTIONS = 60
-_WIDEST = 100.0  # largest growth of a scale
 
 
 class Residual(NamedTuple):
@@ -81,10 +83,10 @@ def rescaled(point: Solution, settings: Settings) -> tuple[Solution, Settings]:
     """Return a point and the settings with larger scales of unknowns that change by more than theirs over a unit of p.
 
     Otherwise an unknown that changes much along the whole branch, as a speed with that of the drive, would determine
-    the steps. Near a fold, where all unknowns change fast with p, scales grow by `_WIDEST` at most.
+    the steps. Near a fold, where all unknowns change fast with p, scales grow by `CONTINUATION_WIDEST` at most.
     """
     along, by_p = np.abs(point.tangent[:-1]), abs(point.tangent[-1])
-    wider = np.clip(along / max(by_p, 1.0 / _WIDEST), 1.0, _WIDEST)
+    wider = np.clip(along / max(by_p, 1.0 / CONTINUATION_WIDEST), 1.0, CONTINUATION_WIDEST)
     scale, tangent = settings.scale * wider, np.append(point.tangent[:-1] / wider, point.tangent[-1])
     return replace(point, tangent=tangent / np.linalg.norm(tangent)), settings._replace(scale=scale)
 
@@ -99,7 +101,7 @@ def follow(
     point, size = start, settings.first
     while size >= settings.least:
         found = step(equations, point, size, settings)
-        if found is None or found[0].tangent @ point.tangent < _BENT:
+        if found is None or found[0].tangent @ point.tangent < CONTINUATION_BENT:
             size *= _SHRINK
             continue
         ahead, rounds = found
@@ -109,14 +111,17 @@ def follow(
             return
         yield ahead
         point = ahead
-        size = min(settings.most, size * (_GROWTH if rounds < _GOOD else 1.0 if rounds == _GOOD else _SHRINK))
+        size = min(
+            settings.most,
+            size * (_GROWTH if rounds < CONTINUATION_GOOD else 1.0 if rounds == CONTINUATION_GOOD else _SHRINK),
+        )
 
 
 def step(equations: ResidualFunction, point: Solution, size: float, settings: Settings) -> tuple[Solution, int] | None:
     """Take a step of a size along the branch; return the point and the number of iterations, or None."""
     guess = packed(point, settings) + size * point.tangent
     found = _newton(equations, guess, point.tangent, settings)
-    if found is None or np.linalg.norm(found[0] - guess) > _FAR * size:
+    if found is None or np.linalg.norm(found[0] - guess) > CONTINUATION_FAR * size:
         return None
     return _point(found[0], found[1], point.tangent, settings), found[2]
 
@@ -137,7 +142,7 @@ def locate(
     """
     low, high = 0.0, float((packed(ahead, settings) - packed(point, settings)) @ point.tangent)
     f_low, f_high, best, side = test(point), test(ahead), ahead, 0
-    for k in range(_BISECTIONS):
+    for k in range(CONTINUATION_BISECTIONS):
         if high - low <= tolerance:
             break
         size = (low * f_high - high * f_low) / (f_high - f_low) if k % 4 != 3 else 0.5 * (low + high)
@@ -172,7 +177,7 @@ def _newton(
 ) -> tuple[Array, Residual, int] | None:
     """Solve for scaled unknowns w (n + 1,) on the hyperplane through the first guess; None if it does not converge."""
     residual = _evaluate(equations, w, settings)
-    for rounds in range(_ROUNDS):
+    for rounds in range(CONTINUATION_ROUNDS):
         if residual is None:
             return None
         if size_of(residual, settings) <= settings.tolerance:
@@ -182,7 +187,7 @@ def _newton(
         )[0]
         if not np.isfinite(change).all():
             return None
-        for _ in range(_HALVINGS):
+        for _ in range(CONTINUATION_HALVINGS):
             ahead = _evaluate(equations, w + change, settings)
             if ahead is not None and size_of(ahead, settings) < size_of(residual, settings):
                 break

@@ -9,14 +9,13 @@ import numpy as np
 
 from linkages.base.arguments import validated
 from linkages.base.brief import Brief, counted
+from linkages.explore.numerics import MOTION_UNDECIDED
 from linkages.explore.periodic.continuation import Settings, Solution, solve
 from linkages.explore.periodic.multipliers import Multipliers
 from linkages.explore.periodic.return_map import Passage, ReturnMap, least_clearance
 from linkages.explore.periodic.settings import ACCURACY, TOLERANCE, check_settings
 from linkages.explore.sections import Section
 from linkages.system import System
-
-_UNDECIDED = 1e-6  # distance from the unit circle within which a multiplier decides nothing
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,7 +66,7 @@ class PeriodicMotion(Brief):
     def stable(self) -> bool | None:
         """Check whether all multipliers lie inside the unit circle; None if the largest is on it, or unknown."""
         largest = float(np.abs(self.multipliers).max(initial=0.0))
-        return None if not abs(largest - 1.0) > _UNDECIDED else largest < 1.0
+        return None if not abs(largest - 1.0) > MOTION_UNDECIDED else largest < 1.0
 
     def section(self, names: Sequence[str]) -> Section:
         """Compute outputs at the end of each of the drives' periods, and their extremes within."""

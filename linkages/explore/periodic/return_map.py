@@ -23,6 +23,14 @@ from linkages.engines.compiled.run.replay import Steps
 from linkages.explore.flow import Flow
 from linkages.explore.linearisation import extrapolated
 from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
+from linkages.explore.numerics import (
+    RETURN_MAP_AMPLE,
+    RETURN_MAP_APART,
+    RETURN_MAP_LIFTED,
+    RETURN_MAP_LIFTS,
+    RETURN_MAP_LOOSE,
+    RETURN_MAP_STEPS,
+)
 from linkages.explore.periodic.continuation import Residual
 from linkages.explore.periodic.multipliers import Multipliers, multipliers
 from linkages.explore.sections import Section, recorded
@@ -32,13 +40,6 @@ from linkages.mechanics.planar.contacts import CLEARANCE_OUTPUTS, RATES
 from linkages.results.outputs.registry import pack
 from linkages.results.steady_state import common_period
 from linkages.system import System
-
-_LOOSE = 1e-4  # step of differences of the period, over the value
-_STEPS = 200  # least steps per period: no error control sees what a steady motion does with a disturbance
-_AMPLE = 5.0  # clearances that count as a usual change
-_APART = 1e4  # over their usual change: approach speeds do not count in the distance of two motions, for they may jump
-_LIFTS = 8  # corrections of a state towards closed loops
-_LIFTED = 1e-14  # error of the independent coordinates, over the scale of the state
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,21 +140,21 @@ class ReturnMap:
 
     def sizes(self, clearance: float) -> Array:
         """Return a usual change of each entry (nx,): some clearances in the time of the motion, or else its range."""
-        length = _AMPLE * clearance
+        length = RETURN_MAP_AMPLE * clearance
         if length == np.inf:
             state = np.where(self._range > 0.0, self._range, self.error[: len(self._local.entries)])
-            return np.concatenate([state, _APART * self.error[len(state) :]])
+            return np.concatenate([state, RETURN_MAP_APART * self.error[len(state) :]])
         rate = max(self._system.motion_rate, 2.0 * np.pi / self.period)
         position = length * per_length(self._system)
         of_laws = np.full(len(self._system.law_states.names), self.error.min())
         own = self._system.state_scales * length / self._system.tree.extent
         state = np.concatenate([position, rate * position, of_laws, own])[self._local.entries]
-        return np.concatenate([state, np.full(len(self._latched[0]), _APART * rate * length)])
+        return np.concatenate([state, np.full(len(self._latched[0]), RETURN_MAP_APART * rate * length)])
 
     def _flow(self, value: float | None, periods: int) -> tuple[Flow, float]:
         """Return a flow for a value, and the common period of its drives."""
         period = self._period(value)
-        longest = min(self._system.settings.max_step or np.inf, period / _STEPS)
+        longest = min(self._system.settings.max_step or np.inf, period / RETURN_MAP_STEPS)
         changed: dict[str, float] = {"duration": periods * period, "solver.max_step": longest}
         if self._path is not None and value is not None:
             changed[self._path] = value
@@ -233,7 +234,7 @@ class ReturnMap:
         """Differentiate the common period by the value; only drives change it."""
         if not (self._path or "").startswith("drives."):
             return 0.0
-        step = _LOOSE * abs(value) if value else _LOOSE
+        step = RETURN_MAP_LOOSE * abs(value) if value else RETURN_MAP_LOOSE
         return float(extrapolated(lambda change: np.array([self._period(value + change)]), step)[0][0])
 
     def _coordinates(self, flow: Flow, t: float, y: Array, like: LocalCoordinates | None = None) -> LocalCoordinates:
@@ -247,9 +248,9 @@ class ReturnMap:
         local, y = self._local, self._reference
         if not flow.runner.model.elimination.rank:
             return x.copy()
-        for _ in range(_LIFTS):
+        for _ in range(RETURN_MAP_LIFTS):
             missing = x - y[local.entries]
-            if np.abs(missing / flow.scale[local.entries]).max() <= _LIFTED:
+            if np.abs(missing / flow.scale[local.entries]).max() <= RETURN_MAP_LIFTED:
                 break
             y = flow.closed(t, y + local.tangent @ missing)
         self._reference, self._local = y, self._coordinates(flow, t, y, local)

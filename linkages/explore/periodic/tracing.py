@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from linkages.explore.numerics import TRACING_GRAZED, TRACING_LOCATED, TRACING_SMOOTH
 from linkages.explore.periodic.continuation import ResidualFunction, Settings, Solution, follow, locate, packed, step
 from linkages.explore.periodic.multipliers import FOLD, GRAZING, crossing, kind
 
@@ -23,9 +24,6 @@ ENDS = {
     INTERRUPTED: "the search was interrupted",
 }
 
-_LOCATED = 1e-8  # scaled arclength to which bifurcations are located
-_GRAZED = 1e-9  # and to which a change of the contacts is
-_SMOOTH = 1e-3  # distance of a located multiplier from the circle above which it jumped there
 _STARTS = (1.0, 0.5, 0.25, 0.1, 0.04)  # sizes of the first step on a doubled branch, over the first step of a branch
 
 
@@ -114,10 +112,12 @@ def _between(
     changed = ahead.detail.contacts
     grazes = point.detail.contacts != changed
     if grazes:
-        at = locate(equations, point, ahead, lambda p: 1.0 if p.detail.contacts == changed else -1.0, settings, _GRAZED)
+        at = locate(
+            equations, point, ahead, lambda p: 1.0 if p.detail.contacts == changed else -1.0, settings, TRACING_GRAZED
+        )
         yield Bifurcation(GRAZING, at, complex("nan"))
     if turns_back:
-        at = locate(equations, point, ahead, lambda p: float(p.tangent[-1]), settings, _LOCATED)
+        at = locate(equations, point, ahead, lambda p: float(p.tangent[-1]), settings, TRACING_LOCATED)
         nearest = at.detail.multipliers
         yield Bifurcation(FOLD, at, complex(nearest[np.argmin(np.abs(nearest - 1.0))]))
     k = crossing(point.detail.multipliers, ahead.detail.multipliers)
@@ -127,10 +127,10 @@ def _between(
     def outside(p: Solution) -> float:
         return float(np.abs(p.detail.multipliers[k])) - 1.0
 
-    at = locate(equations, point, ahead, outside, settings, _LOCATED)
+    at = locate(equations, point, ahead, outside, settings, TRACING_LOCATED)
     multiplier = complex(at.detail.multipliers[k])
     what = kind(multiplier, turns_back)
-    if what != FOLD and not (grazes and abs(abs(multiplier) - 1.0) > _SMOOTH):
+    if what != FOLD and not (grazes and abs(abs(multiplier) - 1.0) > TRACING_SMOOTH):
         yield Bifurcation(what, at, multiplier)
 
 

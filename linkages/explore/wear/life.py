@@ -23,6 +23,7 @@ import numpy as np
 from linkages.base.arguments import Count, validated
 from linkages.base.arrays import Array
 from linkages.base.errors import InputError, Status
+from linkages.explore.numerics import LIFE_FIRST, LIFE_ROUGH
 from linkages.explore.wear.block_store import BlockStore
 from linkages.explore.wear.measure import CycleBlock, LoadSamples, Removed, Wearing, check_wears, wearing
 from linkages.explore.wear.stages import Life, Stage, between, deepest, difference, worn
@@ -39,8 +40,6 @@ TOLERANCE = 0.01
 #: Default relative standard error of the work of all cycles.
 SCATTER = 0.02
 
-_FIRST = 5.0  # depth of the first jump over the tolerance
-_ROUGH = 4.0  # scatter of the first block (it only predicts the middle of the first jump) over the others'
 _SHORTER, _LONGER, _SAFETY = 0.2, 5.0, 0.9
 
 
@@ -123,7 +122,7 @@ def wear_life(
     store = BlockStore(system, drive, folder)
     try:
         removed = _new(system)
-        block = store.measure(removed, None, scatter if every_cycle else _ROUGH * scatter)
+        block = store.measure(removed, None, scatter if every_cycle else LIFE_ROUGH * scatter)
         first = Stage(0, removed, {joint.name: 0.0 for joint in joints}, 0.0, block, block.loads)
         if add(first) or block.status is not Status.OK:
             return so_far(block.status)
@@ -156,7 +155,7 @@ def _jumps(
 ) -> Status:
     """Jump from block to block up to the last cycle, until `add` returns True, or until a block fails."""
     rate = difference(joints, worn(joints, last.removed, last.block.loads, 1.0), last.removed)
-    jump = max(1, int(min(_FIRST * tolerance / rate, 1e9))) if rate > 0.0 else 10**9
+    jump = max(1, int(min(LIFE_FIRST * tolerance / rate, 1e9))) if rate > 0.0 else 10**9
     while last.cycles < cycles:
         jump = min(jump, cycles - last.cycles)
         ahead = worn(joints, last.removed, last.block.loads, jump)

@@ -14,6 +14,13 @@ from linkages.base.errors import InputError, Status
 from linkages.elements.analysis import Analysis
 from linkages.engines.compiled.run.replay import Steps
 from linkages.explore.flow import Flow, lasting, period_of
+from linkages.explore.numerics import (
+    MEASURE_ASPERITIES,
+    MEASURE_NOTHING,
+    MEASURE_SAMPLES,
+    MEASURE_SETTLING,
+    MEASURE_UNSETTLED,
+)
 from linkages.laws.wear.archard import SAMPLE, fill_moments
 from linkages.laws.wear.profile import depth_of
 from linkages.results.extremes import peaks
@@ -27,15 +34,10 @@ LoadSamples = Mapping[str, Array]
 
 _MOST = 16  # most measured cycles of a block
 _LEAST = 2
-_SETTLING = 2  # cycles after the drive's ramp without measurement
-_UNSETTLED = 4  # discarded cycles of a block without convergence
 _ABOVE = 0.975  # quantile of Student's distribution (95 % two-sided)
 _COUNTS = np.arange(_LEAST, _MOST + 1)
 #: Factor on the standard error by the number of cycles (Student's distribution).
 _STUDENT = dict(zip(_COUNTS.tolist(), stdtrit(_COUNTS - 1, _ABOVE) / ndtri(_ABOVE), strict=True))
-_SAMPLES = 600  # samples kept of a block, for each joint
-_NOTHING = 1e-30  # depth that counts as zero [m]; experiments have no smaller number
-_ASPERITIES = 4.0  # standard deviations of the roughness at which asperities carry load
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ def wearing(system: System) -> tuple[Wearing, ...]:
         if model.wear is None:
             continue
         joint, clearance = system.joints[name], float(law["clearance"])
-        reach = clearance - _ASPERITIES * float(law["roughness"])
+        reach = clearance - MEASURE_ASPERITIES * float(law["roughness"])
         links = joint.parent, joint.child
         size = float(law["radius"]), float(law["length"])
         found.append(Wearing(name, clearance, *size, model.wear.coefficients, reach, links))
@@ -135,7 +137,7 @@ def worn_system(system: System, removed: Removed) -> System:
     for joint in wearing(system):
         for side, radius, lost in zip(("bearing", "journal"), joint.radii, removed[joint.name], strict=True):
             depths = depth_of(lost, radius)
-            values[f"joints.{joint.name}.wear.{side}_depth"] = np.where(depths < _NOTHING, 0.0, depths).tolist()
+            values[f"joints.{joint.name}.wear.{side}_depth"] = np.where(depths < MEASURE_NOTHING, 0.0, depths).tolist()
     return system.replaced(values)
 
 
@@ -158,7 +160,7 @@ def measure(
     joints = wearing(system)
     period = period_of(system, drive)
     ramp = system.ramp
-    begin = int(np.ceil(ramp / period)) + _SETTLING  # first cycle of later blocks, counted by the drive
+    begin = int(np.ceil(ramp / period)) + MEASURE_SETTLING  # first cycle of later blocks, counted by the drive
     first, lead = (0, begin) if start is None else (begin, 0 if single else 1)
     most = lead + (1 if single else _MOST)
     flow = Flow(lasting(worn_system(system, removed), first + most, drive))
@@ -175,7 +177,7 @@ def measure(
                 cycles.append(_cycle(flow, piece, outputs, joints))
                 kept = _settled(_works(cycles), scatter)
     if kept > 0 or len(cycles) == _MOST:
-        cycles = cycles[-kept or _UNSETTLED :]
+        cycles = cycles[-kept or MEASURE_UNSETTLED :]
     end = BlockStart(_unwound(flow, before), flow.memory.copy(), flow.step)
     if not cycles:
         return CycleBlock({}, {}, dict.fromkeys(outputs, np.nan), done, end, flow.status)
@@ -265,17 +267,17 @@ def _settled(works: Array, scatter: float) -> int:
 
 def equal_works(lines: Array) -> Array:
     """Reduce many samples to representatives of equal work; few samples are unchanged."""
-    if len(lines) <= _SAMPLES:
+    if len(lines) <= MEASURE_SAMPLES:
         return lines
     reached = np.cumsum(lines[:, 6])
-    aims = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * reached[-1]
+    aims = (np.arange(MEASURE_SAMPLES) + 0.5) / MEASURE_SAMPLES * reached[-1]
     kept = lines[np.minimum(np.searchsorted(reached, aims), len(lines) - 1)]
-    kept[:, 6] = reached[-1] / _SAMPLES
+    kept[:, 6] = reached[-1] / MEASURE_SAMPLES
     return kept
 
 
 def _thinned(joint: Wearing, lines: Array, depths: Array, cycles: int) -> Array:
-    """Scale samples to a mean cycle, fill their moments, and keep at most `_SAMPLES`."""
+    """Scale samples to a mean cycle, fill their moments, and keep at most `MEASURE_SAMPLES`."""
     total = float(lines[:, 6].sum()) / cycles
     lines = equal_works(lines)
     fill_moments(lines, joint.reach, joint.radius - joint.clearance, depths)

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from linkages.base.arrays import Array
 from linkages.base.brief import Brief, counted
 from linkages.base.errors import InputError, RunError, Status, nearest
+from linkages.explore.numerics import STAGES_CLOSE, STAGES_MISSED
 from linkages.explore.wear.measure import (
     CycleBlock,
     LoadSamples,
@@ -32,9 +33,7 @@ SIDES = ("bearing", "journal")
 #: Measures of a wearing joint: largest depth, mean radial clearance.
 SIZES = ("depth", "play")
 
-_CLOSE = 1e-4  # tolerance of the cycle of a limit over the jump length
 _SWEEPS = (1, 1000)
-_MISSED = 0.01  # largest fraction of the work without a found journal position
 
 
 def between(before: LoadSamples, after: LoadSamples, part: float) -> dict[str, Array]:
@@ -65,7 +64,7 @@ def worn(joints: tuple[Wearing, ...], removed: Removed, loads: LoadSamples, cycl
         sweeps = int(np.clip(parts[order][np.searchsorted(reached, 0.9 * reached[-1])], *_SWEEPS)) + 1
         journal = joint.radius - joint.clearance
         missed = wear_away(samples, joint.reach, (joint.radius, journal), joint.length, (k[0], k[1]), sweeps, lost)
-        if missed > _MISSED:
+        if missed > STAGES_MISSED:
             raise RunError(f"joint {joint.name}: no position found for {missed:.0%} of its loads; use more nodes")
     return result
 
@@ -209,7 +208,7 @@ class Life(Brief):
             return float(self._size(joint, what, self._nodes(joint, lost)[None])[0]) - limit
 
         jump = float(cycles[k] - cycles[k - 1])
-        return float(cycles[k - 1]) + (brentq(excess, 0.0, jump, xtol=_CLOSE * jump) if jump > 1.0 else 1.0)
+        return float(cycles[k - 1]) + (brentq(excess, 0.0, jump, xtol=STAGES_CLOSE * jump) if jump > 1.0 else 1.0)
 
     def history(self, quantity: str) -> tuple[Array, Array]:
         """Return cycles and values of a quantity of `cycles_until`."""

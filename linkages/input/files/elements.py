@@ -15,7 +15,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import InputError, nearest
 from linkages.input.files.magnitudes import decimal, decimal_or_nan, implausible
 from linkages.input.files.raw_model import Pose, rotation
-from linkages.input.files.xml import label
+from linkages.input.files.xml import ANNOTATIONS, label
 
 _UNITS = {"m": "metres"}
 _POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -222,7 +222,7 @@ def places(element: ET.Element) -> Iterator[tuple[str, NumberPlace]]:
     mass = None if inertial is None else inertial.find("mass")
     if mass is not None:
         yield "mass", NumberPlace(mass)
-    for kind in ("bearing", "slot", "beam"):
+    for kind in (*ANNOTATIONS["joints"], *ANNOTATIONS["links"]):
         found = annotation(element, kind)
         for number in found.iter() if found is not None else ():
             key = number.tag.rpartition(":")[2]

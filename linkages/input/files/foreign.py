@@ -17,7 +17,7 @@ from linkages.input.files.elements import number
 from linkages.input.files.magnitudes import decimal_or_nan
 from linkages.input.files.models import MIMICS
 from linkages.input.files.raw_model import free_name
-from linkages.input.files.xml import label
+from linkages.input.files.xml import OURS, label
 
 #: Elements between links, converted by `linkages.input.files.constraints` to joints and frames.
 CONSTRAINTS = ("drake:weld_constraint", "drake:ball_constraint", "drake:linear_spring_damper")
@@ -28,8 +28,8 @@ MARK = "changes the motion: "
 #: Elements that are in the new file, by owner.
 CARRIED = {
     "model": ("link", "joint", "frame", "pose", "static"),
-    "link": ("pose", "inertial", "visual", "linkages:beam"),
-    "joint": ("pose", "parent", "child", "axis", "linkages:bearing", "linkages:slot"),
+    "link": ("pose", "inertial", "visual", *OURS["links"]),
+    "joint": ("pose", "parent", "child", "axis", *OURS["joints"]),
     "axis": ("xyz", "use_parent_model_frame"),
     "frame": ("pose",),
 }

@@ -345,8 +345,8 @@ def _rigid(path: Path, model: RawModel, notes: list[str]) -> RawModel:
 
     A link with a beam is kept: links fixed to it move with one of its sections.
     """
-    beams = {link.name for link in model.links if link.beam is not None}
-    while joint := next((j for j in model.joints if j.type == "fixed" and beams.isdisjoint((j.parent, j.child))), None):
+    kept = {link.name for link in model.links if link.determined}
+    while joint := next((j for j in model.joints if j.type == "fixed" and kept.isdisjoint((j.parent, j.child))), None):
         gone, stays = (joint.parent, joint.child) if joint.child == "world" else (joint.child, joint.parent)
         notes.append(f"link {gone} is fixed to {stays}: merged into it, as a frame of that name")
         model = fixed_into(path, model, joint, gone)

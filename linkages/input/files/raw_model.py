@@ -217,6 +217,11 @@ class RawLink:
     beam: LinkBeam | None
 
     @property
+    def determined(self) -> tuple[str, ...]:
+        """Return the keys of values that follow from others: from a beam."""
+        return () if self.beam is None else ("mass", "inertia", "com")
+
+    @property
     def pose(self) -> Pose:
         """Return the reference pose of the link frame in the world."""
         return Pose(self.rotation, self.translation)

@@ -18,11 +18,14 @@ _OURS = "urn:linkages:sdf"
 _ENCODINGS = ("utf-8", "utf-16", "us-ascii", "iso-8859-1")  # supported by every XML reader, or their common subset
 #: Elements and attributes that are true or false.
 _TRUTHS = ("static", "use_parent_model_frame"), ("degrees", "auto", "merge")
+#: Elements that the package adds to SDFormat, by the table of their owners: sizes of joints and links.
+ANNOTATIONS = {"joints": ("bearing", "slot"), "links": ("beam",)}
+OURS = {table: tuple(f"linkages:{kind}" for kind in kinds) for table, kinds in ANNOTATIONS.items()}  #: prefixed
 #: Elements that their owner has once; readers of other programs take the first one, or the last.
 _ONCE = {
-    "link": ("pose", "inertial", "linkages:beam"),
+    "link": ("pose", "inertial", *OURS["links"]),
     "inertial": ("pose", "origin", "mass", "inertia"),
-    "joint": ("pose", "origin", "parent", "child", "axis", "limit", "dynamics", "linkages:bearing", "linkages:slot"),
+    "joint": ("pose", "origin", "parent", "child", "axis", "limit", "dynamics", *OURS["joints"]),
     "axis": ("xyz", "limit", "dynamics"),
     "frame": ("pose",),
     "model": ("pose", "static"),

@@ -6,8 +6,6 @@
 | experiment        | `Experiment`: drives, joint models, loads, settings, from TOML                   |
 | experiment_tables | tables of joint models, solver                                                   |
 | output_names      | names of outputs that can be requested, with meanings and units                  |
-| drive_tables      | tables of drives                                                                 |
-| link_tables       | tables of links: flexible or rigid, modes, damping                               |
 | beam_interfaces   | flexible links: interfaces at joints and loads, substructures                    |
 | segment_model     | flexible links as chains of rigid segments with springs                          |
 | editing           | texts of experiments with other values                                           |

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.base.errors import InputError
+from linkages.elements.flexible.substructure import SAME, distinct
 from linkages.elements.machine import all_elements_of
 from linkages.input.files.beams import of_beam
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.mechanism import Link, Mechanism
 
 _ON_AXIS = 1e-6  # relative to a beam's length: largest distance of a joint from it
-_SAME = 1e-9  # relative to a beam's length: closer places coincide
 
 
 def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> list[float]:
@@ -43,16 +43,7 @@ def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> list[
     return distinct([*found, *(min(max(beam.along(point.origin), 0.0), beam.length) for point in points)], beam.length)
 
 
-def distinct(places: Iterable[float], length: float) -> list[float]:
-    """Sort places along a beam of this length, without places that coincide with others [m]."""
-    found: list[float] = []
-    for place in sorted(places):
-        if not found or place - found[-1] > _SAME * length:
-            found.append(place)
-    return found
-
-
-class Substructure(NamedTuple):
+class Cell(NamedTuple):
     """A substructure of a flexible link: name, start, end and interfaces [m]."""
 
     name: str
@@ -61,14 +52,14 @@ class Substructure(NamedTuple):
     held: tuple[float, ...]
 
 
-def substructures(mechanism: Mechanism, experiment: Experiment, name: str) -> list[Substructure]:
+def substructures(mechanism: Mechanism, experiment: Experiment, name: str) -> list[Cell]:
     """Divide a link with a beam into substructures, from its start; if divided, cuts are interfaces too."""
-    length, count = mechanism.beam[name].length, experiment.links[name].pieces
-    near, edges = _SAME * length, np.linspace(0.0, length, count + 1).tolist()
+    length, count = mechanism.beam[name].length, experiment.deforming[name].pieces
+    near, edges = SAME * length, np.linspace(0.0, length, count + 1).tolist()
     held = distinct([*interfaces(mechanism, experiment, name), *(edges if count > 1 else [])], length)
     names = [f"{name}/one{k + 1}" for k in range(count)] if count > 1 else [name]
     return [
-        Substructure(own, a, b, tuple(s for s in held if a - near < s < b + near))
+        Cell(own, a, b, tuple(s for s in held if a - near < s < b + near))
         for own, (a, b) in zip(names, pairwise(edges), strict=True)
     ]
 

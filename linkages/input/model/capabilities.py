@@ -30,11 +30,6 @@ UNSUPPORTED = (
         {analysis: _CONTENT.format(analysis) for analysis in set(Analysis) - {Analysis.DRAKE}}
         | {Analysis.EQUILIBRIUM: 'has no equilibrium that start = "equilibrium" could find; use "centred"'},
     ),
-    Unsupported(
-        "links.{}.stiffening",
-        lambda experiment: [name for name in experiment.flexible if not experiment.links[name].stiffening],
-        {Analysis.DRAKE: "is false, but Drake's rigid segments always stiffen; remove it, or use the compiled engine"},
-    ),
 )
 
 

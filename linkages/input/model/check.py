@@ -14,7 +14,18 @@ import numpy as np
 from linkages.base.errors import InputError, nearest
 from linkages.elements.analysis import Analysis
 from linkages.elements.contact_tables import ContactTable
-from linkages.elements.machine import KINDS, OF_ELEMENTS, TABLES, all_elements_of, owner_of
+from linkages.elements.machine import (
+    KINDS,
+    OF_ELEMENTS,
+    OF_PARTS,
+    TABLES,
+    absent_model,
+    all_elements_of,
+    outputs_of_models,
+    outputs_of_part,
+    owner_of,
+)
+from linkages.elements.outputs import Source
 from linkages.elements.pictures import Point
 from linkages.input.files.formula import CONSTANTS, FUNCTIONS, shown
 from linkages.input.files.table_keys import bracketed
@@ -24,19 +35,10 @@ from linkages.input.functions.definitions import OF_JOINTS, OF_OWN, OF_POINTS, T
 from linkages.input.functions.smoothing import SmoothSignal
 from linkages.input.model.beam_interfaces import substructures
 from linkages.input.model.capabilities import check_analysis
-from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment import Experiment
 from linkages.input.model.experiment_tables import JointModel
-from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Joint, Mechanism
-from linkages.input.model.output_names import (
-    BENDING_QUANTITIES,
-    FRAME_BENDING,
-    LINK_BENDING,
-    OF_DRIVES,
-    PIN_QUANTITIES,
-    QUANTITIES,
-)
+from linkages.input.model.output_names import PIN_QUANTITIES, QUANTITIES, SHAPE_QUANTITIES
 from linkages.laws import CONTACTS
 from linkages.laws.film.closed_form import THINNEST
 
@@ -55,14 +57,15 @@ def without_lost_outputs(mechanism: Mechanism, experiment: Experiment, replaced:
     tables = {path.partition(".")[0] for path in replaced}
     if tables.isdisjoint(("links", "joints")) or "outputs" in tables:
         return experiment
-    rigid = {name for name, link in experiment.links.items() if not link.bends}
     ideal = experiment.joints.keys() - set(experiment.play)
 
     def gone(name: str) -> bool:
         point, _, quantity = name.rpartition(".")
         if point in ideal:
             return not experiment.is_of_joint(point, quantity)
-        return quantity in BENDING_QUANTITIES and point in mechanism.point and mechanism.point[point].link in rigid
+        link = mechanism.point[point].link if point in mechanism.point else ""
+        modelled = any(link in experiment.elements[kind.table] for kind in OF_PARTS if kind.part == "link")
+        return quantity in SHAPE_QUANTITIES and modelled and link not in experiment.deforming
 
     kept = [name for name in experiment.outputs if not gone(name)]
     return experiment if kept == experiment.outputs else experiment.replaced({"outputs": kept})
@@ -104,14 +107,12 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
             check_name(mechanism, experiment.source, table, name)
     for parameter, unit in mechanism.units.items():
         _Check(mechanism, experiment, f"sdf.{parameter}").measured(experiment.texts.get(f"sdf.{parameter}"), unit)
-    for name, drive in experiment.drives.items():
-        _Check(mechanism, experiment, f"drives.{name}").drive(name, drive)
+    for kind, name, keys in all_elements_of(experiment.elements, OF_PARTS):
+        kind.check(keys, _Check(mechanism, experiment, kind.path(name)))
     for name in experiment.play:
         _Check(mechanism, experiment, f"joints.{name}").play(name, experiment.joints[name])
     if experiment.start == "equilibrium":
         check_analysis(experiment, Analysis.EQUILIBRIUM)
-    for name in experiment.flexible:
-        _Check(mechanism, experiment, f"links.{name}").flexible(name, experiment.links[name])
     taken = {"world", *mechanism.point, *mechanism.joint}
     own = [("values", name) for name in experiment.values]
     own += [(table, name) for table in TABLES for name in experiment.elements[table]]
@@ -167,19 +168,14 @@ class _Check:
     experiment: Experiment
     where: str
 
-    def drive(self, name: str, drive: Drive) -> None:
-        if self.mechanism.joint[name].type == "fixed":
-            self.refuse("", "a fixed joint cannot be driven")
-        if (drive.force, drive.forces) != (None, None) and self.mechanism.joint[name].type == "revolute":
-            self.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
-        if drive.columns.get("force") and self.mechanism.joint[name].type == "revolute":
-            self.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
-        self.units(Drive, self.slides(name))
-        for key, unit in drive.units.items():
-            known = bracketed(Drive.model_fields[key].description) if key != "time" else "s"
-            self.same_kind(f"units.{key}", unit, SLIDING.get(known, known) if self.slides(name) else known)
-        self.covers(drive.times, drive.fitted)
-        self.over_time("formula", drive.formula)
+    @property
+    def name(self) -> str:
+        """Return the name of the element, or of the joint or link."""
+        return self.where.partition(".")[2]
+
+    def in_file(self, kind: str) -> str:
+        """Return where the part with the element's name is in the machine's file."""
+        return f'<{kind} name="{self.name}"> of {self.mechanism.source.name}'
 
     def over_time(self, key: str, text: str | None) -> None:
         """Check that a formula of a motion has no names but the time and values."""
@@ -220,8 +216,7 @@ class _Check:
             self.refuse("", "a fixed joint cannot have clearance")
         if joint.bearing is None and joint.slot is None:
             part = "bearing" if joint.type == "revolute" else "slot"
-            where = f'in <joint name="{name}"> of {self.mechanism.source.name}'
-            self.refuse("model", f'"{model.model}" needs a <linkages:{part}> {where}')
+            self.refuse("model", f'"{model.model}" needs a <linkages:{part}> in {self.in_file("joint")}')
         if joint.bearing is not None:
             radius = joint.bearing.radius
             if clearance >= radius:
@@ -257,16 +252,9 @@ class _Check:
         if law.conformal or ("stiffness" in law.needs and contact.stiffness is None):
             self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
 
-    def flexible(self, name: str, model: LinkModel) -> None:
-        """Check that a flexible link has a beam, and enough modes for its interfaces."""
-        if name not in self.mechanism.beam:
-            place = f'<link name="{name}"> of {self.mechanism.source.name}'
-            self.refuse("model", f'"flexible" needs a <linkages:beam> in {place}')
-        others = max(len(one.held) for one in substructures(self.mechanism, self.experiment, name)) - 1
-        what = "joints and loads" if model.pieces == 1 else "joints, loads and ends of a substructure"
-        for key, least in (("bending", 2 * others), ("axial", others)):
-            if (count := getattr(model, key)) and count < least:
-                self.refuse(key, f"is {count}; its {others + 1} {what} need {least} modes or more, or 0")
+    def interfaces(self, link: str) -> int:
+        """Return the largest number of interfaces of a substructure of a link with a beam."""
+        return max(len(one.held) for one in substructures(self.mechanism, self.experiment, link))
 
     def link_of(self, key: str, point: Point) -> str:
         """Return the link of a point, "world" for a fixed one; refuse an unknown one."""
@@ -311,7 +299,7 @@ class _Check:
 
     def bends(self, link: str) -> bool:
         """Tell whether a link is flexible."""
-        return link in self.experiment.flexible
+        return link in self.experiment.deforming
 
     def within(self, key: str) -> _Check:
         """Return the checks of the table at a key."""
@@ -381,22 +369,22 @@ class _Check:
             near = nearest(point, self.mechanism.place)
             self.refuse("", f'{self.mechanism.source.name} has no link, frame or joint "{point}"; {near}')
         link = self.mechanism.point[point].link
-        if quantity in BENDING_QUANTITIES and link not in self.experiment.flexible:
-            remedy = f"set links.{link}.model, or remove the output"
-            self.refuse("", f'needs a flexible link, and "{link}" is rigid; {remedy}')
-        bending = LINK_BENDING if point == link else FRAME_BENDING
-        known = {*QUANTITIES, *bending} if link in self.experiment.flexible else QUANTITIES
-        if quantity not in known:
+        source = Source.ALONG if point == link else Source.FRAME
+        own = outputs_of_part(self.experiment.elements, "link", link, self.slides, source)
+        if not own and (problem := absent_model("link", link, quantity)):
+            self.refuse("", problem)
+        if quantity not in (known := {*QUANTITIES, *own}):
             self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, known)}')
 
     def joint_output(self, name: str, quantity: str) -> None:
         """Check an output of a joint."""
         if self.experiment.is_of_joint(name, quantity) or name in self.experiment.play:
             return
-        if quantity in OF_DRIVES:
-            self.refuse("", f'needs a drive, and "{name}" has none; name a driven joint, or the angles of its links')
-        driven = OF_DRIVES if name in self.experiment.drives else ()
-        near = nearest(quantity, (*PIN_QUANTITIES, *driven))
+        if quantity in outputs_of_models("joint"):
+            self.refuse("", absent_model("joint", name, quantity))
+        near = nearest(
+            quantity, (*PIN_QUANTITIES, *outputs_of_part(self.experiment.elements, "joint", name, self.slides))
+        )
         self.refuse("", f'"{quantity}" of a joint is no output here; {near}')
 
     def covers(self, times: list[float] | None, fits: Iterable[SmoothSignal]) -> None:

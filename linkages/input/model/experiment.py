@@ -22,17 +22,22 @@ from linkages.base.errors import ARGUMENT, COMMAND_LINE, InputError, shortened
 from linkages.elements.controller import Controller
 from linkages.elements.coordinates import Barrier, Coupled, Edge
 from linkages.elements.coupling import Coupling
+from linkages.elements.drive import Drive
+from linkages.elements.flexible_link import LinkModel
 from linkages.elements.force import Force
 from linkages.elements.friction import JointFriction
 from linkages.elements.gear import Gear
 from linkages.elements.machine import (
     KINDS,
+    NAMED,
+    OF_PARTS,
     PUSHING,
     TABLES,
     all_elements_of,
     contacts_by_label,
     couplings_by_name,
     functions_of,
+    outputs_of_models,
     quantities_of,
 )
 from linkages.elements.motor import Motor
@@ -48,16 +53,8 @@ from linkages.input.files.toml import Finite, NonNegative, Positive, Table, leav
 from linkages.input.files.unit_conversion import decimal_comma, read
 from linkages.input.functions.definitions import Quantity, constant, inputs_of, names_in
 from linkages.input.functions.recorded_tables import DataTable, FromFile
-from linkages.input.model.drive_tables import Drive
 from linkages.input.model.experiment_tables import JointModel, RunWindow, SolverTable
-from linkages.input.model.link_tables import LinkModel
-from linkages.input.model.output_names import (
-    BENDING_QUANTITIES,
-    FORCES_OF_JOINTS,
-    OF_DRIVES,
-    PIN_QUANTITIES,
-    QUANTITIES,
-)
+from linkages.input.model.output_names import FORCES_OF_JOINTS, PIN_QUANTITIES, QUANTITIES, SHAPE_QUANTITIES
 from linkages.input.model.worn import with_worn
 
 _Values = Mapping[str, Any]
@@ -96,7 +93,7 @@ class Experiment(Brief, Table):
     )
     outputs: list[str] = Field(
         [],
-        description=f"reported outputs: LINK_OR_FRAME.{'|'.join((*QUANTITIES, *BENDING_QUANTITIES))},"
+        description=f"reported outputs: LINK_OR_FRAME.{'|'.join((*QUANTITIES, *SHAPE_QUANTITIES))},"
         f" JOINT.{'|'.join(PIN_QUANTITIES)}; all other outputs are recorded, and reported if they are named here",
     )
     joints: Annotated[dict[str, JointModel], AfterValidator(with_worn)] = Field(
@@ -217,9 +214,16 @@ class Experiment(Brief, Table):
         return bool(self.touches) or any(self.joints[name].can_touch for name in self.play)
 
     @property
-    def flexible(self) -> tuple[str, ...]:
-        """Return the names of the flexible links."""
-        return tuple(name for name, link in self.links.items() if link.bends)
+    def deforming(self) -> dict[str, Any]:
+        """Return the models that make links deformable bodies, by link."""
+        named = ((kind, *one) for kind in OF_PARTS for one in self.elements[kind.table].items())
+        return {name: keys for kind, name, keys in named if kind.deforms(keys)}
+
+    @property
+    def imperfect(self) -> bool:
+        """Whether the linkage differs from the ideal one: by clearance, backlash or deformation."""
+        tables = (getattr(self, kind.table) for kind in KINDS if kind.derived is None)
+        return bool(self.play) or any(_is_imperfect(keys) for table in tables for keys in table.values())
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
@@ -257,11 +261,10 @@ class Experiment(Brief, Table):
     @property
     def from_files(self) -> dict[str, FromFile]:
         """Return the drives and loads that take their signal from a data file, by dotted path."""
-        tables = {"drives": self.drives} | self.elements
-        named = {f"{table}.{name}": one for table, found in tables.items() for name, one in found.items()}
+        named = {f"{table}.{name}": one for table, found in self.elements.items() for name, one in found.items()}
         return {path: one for path, one in named.items() if isinstance(one, FromFile) and one.file is not None}
 
-    @property
+    @cached_property
     def elements(self) -> dict[str, Mapping[str, Table]]:
         """Return the elements of `linkages.elements`, by table and name."""
         return {
@@ -272,7 +275,7 @@ class Experiment(Brief, Table):
     @property
     def named(self) -> tuple[tuple[str, str], ...]:
         """Return table and name of each part that acts on bodies: elements, gears, couplings, stops, contacts."""
-        tables = (kind.table for kind in KINDS if kind.derived is None and kind.acts)
+        tables = (kind.table for kind in NAMED if kind.acts)
         return tuple((table, name) for table in _in_order(*tables) for name in getattr(self, table))
 
     @property
@@ -306,9 +309,19 @@ class Experiment(Brief, Table):
         """Return the contacts of elements, by label."""
         return contacts_by_label(self.elements)
 
-    def perfected(self) -> dict[str, Any]:
-        """Return tables without the keys that the linkage with ideal joints lacks; only those that change."""
-        found: dict[str, dict[str, Table]] = {key: getattr(self, key) for key in ("drives", *TABLES)}
+    def perfected(self, rigid: bool = True) -> dict[str, Any]:
+        """Return tables without the keys that the ideal linkage lacks; only those that change.
+
+        If not `rigid`, links stay deformable.
+        """
+        kinds = [kind for kind in KINDS if kind.derived is None]
+        found: dict[str, dict[str, Table]] = {kind.table: getattr(self, kind.table) for kind in kinds}
+        if not rigid:
+            found = {
+                kind.table: found[kind.table]
+                for kind in kinds
+                if not any(map(kind.deforms, found[kind.table].values()))
+            }
         return {key: _perfect(named) for key, named in found.items() if any(map(_is_imperfect, named.values()))}
 
     @property
@@ -337,7 +350,7 @@ class Experiment(Brief, Table):
             key: valid[key] if names is True else getattr(self, key) | valid[key] for key, names in changed.items()
         }
         result = self.model_copy(update=values)
-        for key in ("sdf_overrides", "quantities"):
+        for key in ("sdf_overrides", "quantities", "elements"):
             result.__dict__.pop(key, None)
 
         def stays(path: str) -> bool:
@@ -350,10 +363,9 @@ class Experiment(Brief, Table):
         return result
 
     def ideal(self) -> Experiment:
-        """Return the experiment with every joint and gear ideal and every link rigid."""
+        """Return the experiment with every joint and element ideal: without clearance, backlash, deformation."""
         perfect = {
             "joints": {name: {"model": "ideal"} for name in self.joints},
-            "links": {name: {"model": "rigid"} for name in self.links},
             "outputs": [name for name in self.outputs if self._stays(name)],
         }
         data = self.model_dump(exclude_unset=True) | perfect | self.perfected()
@@ -362,13 +374,13 @@ class Experiment(Brief, Table):
     def _stays(self, output: str) -> bool:
         """Check whether the linkage with ideal joints and gears and rigid links has an output."""
         owner, _, quantity = output.rpartition(".")
-        if quantity in BENDING_QUANTITIES or owner == "q" or owner.rpartition(".")[0] in self.loose:
+        if quantity in SHAPE_QUANTITIES or owner == "q" or owner.rpartition(".")[0] in self.loose:
             return False
         return owner not in self.play or self.is_of_joint(owner, quantity)
 
     def is_of_joint(self, joint: str, quantity: str) -> bool:
         """Check whether a joint has an output without clearance."""
-        driven = OF_DRIVES if joint in self.drives else ()
+        driven = outputs_of_models("joint") if joint in self.drives else ()
         return quantity in (*PIN_QUANTITIES, *FORCES_OF_JOINTS, *driven)
 
 
@@ -378,7 +390,7 @@ def _in_order(*tables: str) -> list[str]:
 
 
 def _is_imperfect(table: Table) -> bool:
-    return any(getattr(table, key) is not None for key in table.imperfections)
+    return any(getattr(table, key) != type(table).model_fields[key].default for key in table.imperfections)
 
 
 def _perfect(named: Mapping[str, Table]) -> dict[str, Any]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from linkages.elements.machine import outputs_of_models
+from linkages.elements.outputs import Source
+
 #: Outputs of a link or frame, in plane axes, with units.
 QUANTITIES = {
     "x": "position of the frame's origin along x_P [m]",
@@ -16,25 +19,13 @@ QUANTITIES = {
     "acceleration": "magnitude of the point's acceleration [m/s2]",
 }
 
-#: Additional outputs of a frame on a flexible link.
-FRAME_BENDING = {
-    "deflection": "distance of a frame from the beam's chord, positive to its left, less the undeformed one [m]"
-}
-
 #: Outputs of a joint's position.
 PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
 PIN_QUANTITIES["x"] = "position of the joint, on its child, along x_P [m]"
 
-#: Outputs of all joints, and of driven ones.
-FORCES_OF_JOINTS, OF_DRIVES = ("fx", "fy", "force", "moment"), ("torque", "rate", "power")
+#: Outputs of all joints.
+FORCES_OF_JOINTS = "fx", "fy", "force", "moment"
 
-#: Additional outputs of a flexible link.
-LINK_BENDING = {
-    "deflection": "largest magnitude of the distance from the chord between the beam's ends [m]",
-    "deflection_place": "its position from the beam's first end [m]",
-    "bending": "largest magnitude of the bending moment [N m]",
-    "stress": "largest magnitude of the normal stress [Pa]",
-    "stress_place": "its position from the beam's first end [m]",
-    "compression": "largest compressive force, zero in tension [N]",
-}
-BENDING_QUANTITIES = {**FRAME_BENDING, **LINK_BENDING}
+#: Outputs that a model of a link adds at a frame and at the link, such as its deflection.
+FRAME_SHAPES, LINK_SHAPES = outputs_of_models("link", Source.FRAME), outputs_of_models("link", Source.ALONG)
+SHAPE_QUANTITIES = FRAME_SHAPES | LINK_SHAPES

@@ -1,114 +1,32 @@
 """Flexible links as chains of rigid segments: the same linkage with springs in its joints (rigid finite elements).
 
-Between neighbouring interfaces (`linkages.input.model.beam_interfaces.interfaces`) a beam is cut into equal cells of
-length h. A segment is a thin rod that reaches from the middle of one cell to the middle of the next one, so that its
-own middle is a node, to which joints attach. The hinges between segments have the stiffness EI/h and the damping of the
-beam. Section angles and places on the beam are accurate to second order in h, at clamped and at pinned ends. Segments
-are inextensible and shorten by bending as the beam does: geometric stiffening is exact.
+`linkages.elements.flexible.segment_chain` explains the chains.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
-from itertools import pairwise
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from linkages.base.arrays import Array
-from linkages.input.files.raw_model import LinkBeam
-from linkages.input.model.beam_interfaces import distinct, interfaces, parts
+from linkages.elements.flexible.segment_chain import SegmentChain
+from linkages.elements.flexible.substructure import distinct
+from linkages.input.model.beam_interfaces import interfaces, parts
 from linkages.input.model.experiment import Experiment, experiment_of
-from linkages.input.model.link_tables import LinkModel
 from linkages.input.model.mechanism import Frame, Joint, Link, Mechanism
-from linkages.input.model.output_names import BENDING_QUANTITIES
-
-#: Separator of link name and hinge number in the name of a hinge.
-HINGE = "/hinge"
-
-
-@dataclass(frozen=True, eq=False)
-class SegmentChain:
-    """The chain of rigid segments of a flexible link; its interfaces and its beam's ends, from the beam's start [m]."""
-
-    link: Link
-    beam: LinkBeam
-    model: LinkModel
-    ends: list[float]
-
-    @cached_property
-    def _counts(self) -> list[int]:
-        """Return the number of cells between neighbouring ends."""
-        part = np.diff(self.ends) / self.beam.length
-        return np.maximum(np.rint(self.model.segments * part), 1).astype(int).tolist()
-
-    @cached_property
-    def nodes(self) -> Array:
-        """Return the places (n + 1,) of the segments' nodes, from the beam's start [m]."""
-        spans = zip(pairwise(self.ends), self._counts, strict=True)
-        return np.concatenate([[0.0], *(np.linspace(a, b, count + 1)[1:] for (a, b), count in spans)])
-
-    @cached_property
-    def hinges(self) -> Array:
-        """Return the places (n,) of the hinges, from the beam's start [m]."""
-        middles: Array = 0.5 * (self.nodes[1:] + self.nodes[:-1])
-        return middles
-
-    @cached_property
-    def stiffnesses(self) -> Array:
-        """Return the stiffnesses (n,) of the hinges [N m/rad]."""
-        return self.beam.youngs_modulus * self.beam.second_moment / np.diff(self.nodes)
-
-    @cached_property
-    def damping(self) -> float:
-        """Return the damping over stiffness [s]."""
-        return self.model.bending_damping(self.beam.elastic().pinned_frequency)
-
-    @property
-    def segments(self) -> list[str]:
-        """Return the names of the n + 1 segments, as links."""
-        return [f"{self.link.name}/piece{k}" for k in range(len(self.nodes))]
-
-    @property
-    def joints(self) -> list[str]:
-        """Return the names of the n hinges, as joints."""
-        return [f"{self.link.name}{HINGE}{k + 1}" for k in range(len(self.hinges))]
-
-    @property
-    def springs(self) -> list[str]:
-        """Return the names of the hinges' n torsion springs."""
-        return [f"{self.link.name}/spring{k + 1}" for k in range(len(self.hinges))]
-
-    def carrier(self, point: Array) -> str:
-        """Return the name of the segment that carries a reference point on the link."""
-        return self.segments[int(np.searchsorted(self.hinges, self.beam.along(point)))]
-
-    def stations(self) -> tuple[Array, Array]:
-        """Return places (ns,) [m], and the factors (ns, n) that interpolate values at the hinges there.
-
-        The places are the hinges, and both sides of each end, where forces may jump: extrapolated through two hinges.
-        """
-        places, factors, first = [self.hinges], [np.eye(len(self.hinges))], 0
-        for (a, b), count in zip(pairwise(self.ends), self._counts, strict=True):
-            if count > 1:
-                last = first + count - 1
-                lines = np.zeros((2, len(self.hinges)))
-                lines[0, first : first + 2] = lines[1, [last, last - 1]] = 1.5, -0.5
-                places.append(np.array([a, b]))
-                factors.append(lines)
-            first += count
-        return np.concatenate(places), np.concatenate(factors)
+from linkages.input.model.output_names import SHAPE_QUANTITIES
 
 
 def chains(mechanism: Mechanism, experiment: Experiment) -> dict[str, SegmentChain]:
     """Make the segment chains of all flexible links, by name."""
     found = {}
-    for name in experiment.flexible:
+    for name, model in experiment.deforming.items():
         beam = mechanism.beam[name]
+        damping = model.bending_damping(beam.elastic().pinned_frequency)
         ends = distinct([0.0, *interfaces(mechanism, experiment, name), beam.length], beam.length)
-        found[name] = SegmentChain(mechanism.link[name], beam, experiment.links[name], ends)
+        found[name] = SegmentChain(mechanism.link[name], beam, model.segments, damping, ends)
     return found
 
 
@@ -162,7 +80,7 @@ def _experiment_of(machine: Mechanism, experiment: Experiment, cut: dict[str, Se
 
     data: dict[str, Any] = experiment.model_dump(exclude_unset=True)
     data["links"] = {}
-    data["outputs"] = [name for name in experiment.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES]
+    data["outputs"] = [name for name in experiment.outputs if name.rpartition(".")[2] not in SHAPE_QUANTITIES]
     for torque in data.get("torques", {}).values():
         if torque.get("link") is not None:
             torque["link"] = carrier(torque["link"])

@@ -23,7 +23,7 @@ from linkages.laws.contact.contact_forces import (
     power_law,
 )
 from linkages.laws.contact.material import cylinder_stiffness, hertz_stiffness, line_shape, line_stiffness, modulus_of
-from linkages.laws.parameters import Parameter, named_record, set_parameters
+from linkages.laws.parameters import Parameter, named_record, set_numbers, slots
 from linkages.laws.states import (
     NEW,
     STATES,
@@ -68,6 +68,11 @@ class ContactLaw(NamedTuple):
         made = contact_with_states(self.force, len(self.states))
         return address(made, WITH_RATES(_F, _F, _F, *STATES * [_F], record))
 
+    def own(self, values: Mapping[str, Any]) -> dict[str, str]:
+        """Return the keys whose values the record has as they are, by its fields."""
+        given = {"stiffness": "stiffness"} if values.get("stiffness") is not None else {}
+        return slots("contact", self.parameters) | given
+
     def fill(self, record: Any, values: Mapping[str, Any]) -> None:
         """Write the law into a record that holds the geometry of its contact.
 
@@ -79,7 +84,7 @@ class ContactLaw(NamedTuple):
             Keys of the experiment's table: parameters, restitution, stiffness or material of both bodies, clip.
         """
         record["contact"], record["damping_limit"] = self.address, CLIP if values.get("clip", True) else np.inf
-        set_parameters(record, "contact", self.parameters, values)
+        set_numbers(record, self.own(values), values)
         set_scales(record, "contact", self.states, values)
         if values.get("restitution") is not None:
             record["restitution"], record["hysteresis"] = values["restitution"], self.factor(values["restitution"])
@@ -87,10 +92,8 @@ class ContactLaw(NamedTuple):
         if bearing > 0.0:
             journal = bearing - float(record["clearance"])
             record["shape_ratio"] = line_shape(bearing, journal, length)
-            if values.get("youngs_modulus") is not None:
+            if values.get("stiffness") is None and values.get("youngs_modulus") is not None:
                 record["stiffness"] = self._stiffness(bearing, journal, length, modulus_of(values))
-        if values.get("stiffness") is not None:
-            record["stiffness"] = values["stiffness"]
 
     def _stiffness(self, bearing: float, journal: float, length: float, modulus: float) -> float:
         """Compute the stiffness from the material; see `NEEDS`."""

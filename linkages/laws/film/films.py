@@ -20,7 +20,7 @@ from linkages.laws.film.closed_form import (
     short_bearing,
 )
 from linkages.laws.film.map_table import is_grooved, mapped_film
-from linkages.laws.parameters import SHEAR, Parameter, named_record, set_parameters
+from linkages.laws.parameters import SHEAR, Parameter, named_record, set_numbers, slots
 
 #: Stands for the address of a film that is given by a map.
 MAPPED = 1
@@ -63,7 +63,7 @@ class Film(NamedTuple):
         """Write the film into a record that holds its ``shear``, from the parameters' values by name."""
         record["film"] = self.address if record["shear"] == _HALF_SHEAR else self.bare_address
         record["film_reads_record"] = bool(self.parameters)
-        set_parameters(record, "film", self.parameters, values)
+        set_numbers(record, slots("film", self.parameters), values)
 
 
 #: The films an experiment can name.

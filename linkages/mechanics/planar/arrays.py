@@ -14,7 +14,7 @@ class Arrays(NamedTuple):
     """Constants of the runs of a linkage with nc contacts; `linkages.system.System.arrays` makes them."""
 
     bodies: Bodies  # the tree
-    stiff: Bodies  # the same with stiff modes made heavy, for the projection onto closed loops
+    stiff: Bodies  # the same with stiff shapes made heavy, for the projection onto closed loops
     rows: Records  # closure rows of the cut ideal joints
     elimination: Elimination  # of their reactions
     ends: Records  # of the contacts
@@ -41,7 +41,7 @@ class Arrays(NamedTuple):
     load_t: Array
     load_c: Array
     load_n: Indices
-    beams: Records  # substructures of flexible links
+    beams: Records  # substructures of deformable links
     stations: Records  # of their internal forces, (ns,)
     station_modes: Records  # (ns, nm)
     gravity: Array  # (2,)

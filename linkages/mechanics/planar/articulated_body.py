@@ -1,7 +1,7 @@
 """Forward dynamics of the tree: the articulated-body algorithm (Featherstone, 2008, ch. 7).
 
 The first pass finds the accelerations that the bodies would have if no free coordinate accelerated, so velocity terms
-and prescribed joints are in them; the rest is linear. The modes of a flexible body are eliminated before its joint.
+and prescribed joints are in them; the rest is linear. The shapes of a deformable body are eliminated before its joint.
 Bodies that no free coordinate moves take no part in the other passes. The cost is linear in the number of bodies.
 Symbols and spatial vectors are described in `linkages.mechanics.planar.workspace`.
 """
@@ -11,16 +11,16 @@ from __future__ import annotations
 from linkages.base.kernel import Array, inlined_kernel, kernel
 from linkages.mechanics.planar.bodies import Bodies
 from linkages.mechanics.planar.composite_inertia import body_inertia, propagate_inertia
-from linkages.mechanics.planar.flexible_dynamics import (
-    add_section_inertia,
-    eliminate_modes,
-    modal_backward_pass,
-    modal_forward_pass,
+from linkages.mechanics.planar.deformable_dynamics import (
+    add_node_inertia,
+    eliminate_shapes,
+    shape_backward_pass,
+    shape_forward_pass,
 )
-from linkages.mechanics.planar.kinematics import body_acceleration, modal_motion, propagate_force
+from linkages.mechanics.planar.kinematics import body_acceleration, propagate_force, shape_motion
 from linkages.mechanics.planar.markers import offset, turned
 from linkages.mechanics.planar.newton_euler import body_inertial_force
-from linkages.mechanics.planar.record_types import PRISMATIC, REVOLUTE, SECTION
+from linkages.mechanics.planar.record_types import NODE, PRISMATIC, REVOLUTE
 from linkages.mechanics.planar.traversal import backward, forward
 from linkages.mechanics.planar.workspace import Workspace
 
@@ -37,7 +37,7 @@ def tree_dynamics(bodies: Bodies, gravity: Array, work: Workspace) -> None:
     """Find the accelerations of the free coordinates and of the bodies, without the reactions of cut joints.
 
     Takes `work`'s q, v, pose, vel, wrench, tau, and a with the prescribed accelerations and zero for free coordinates;
-    sets a, acc, inertia, joint and modal; uses bias and response.
+    sets a, acc, inertia, joint and shape; uses bias and response.
     """
     _velocity_terms(bodies, work, gravity)
     _reduce(bodies, work)
@@ -46,14 +46,14 @@ def tree_dynamics(bodies: Bodies, gravity: Array, work: Workspace) -> None:
 
 @kernel
 def acceleration_response(
-    bodies: Bodies, work: Workspace, bias: Array, modal_bias: Array, tau: Array, a: Array
+    bodies: Bodies, work: Workspace, bias: Array, shape_bias: Array, tau: Array, a: Array
 ) -> None:
     """Add the change of the accelerations due to given forces to ``a``; branches without forces cost next to nothing.
 
-    Takes `work`'s pose, and inertia, joint and modal from `articulated_inertias`; sets the response. The wrenches
-    ``bias`` and their modal entries ``modal_bias`` (n,) oppose the motion, and are used up.
+    Takes `work`'s pose, and inertia, joint and shape from `articulated_inertias`; sets the response. The wrenches
+    ``bias`` and their shape entries ``shape_bias`` (n,) oppose the motion, and are used up.
     """
-    _backward_pass(bodies, work, bias, modal_bias, tau)
+    _backward_pass(bodies, work, bias, shape_bias, tau)
     response_pass(bodies, work, a)
 
 
@@ -69,17 +69,17 @@ def _velocity_term(bodies: Bodies, i: int, work: Workspace, gravity: Array) -> N
     body_acceleration(bodies, i, work.pose, work.vel, work.v, work.a, work.acc)
     if bodies.records[i].moving:
         body_inertia(bodies, i, work)
-        body_inertial_force(bodies, i, work, gravity, work.bias, work.modal_bias)
+        body_inertial_force(bodies, i, work, gravity, work.bias, work.shape_bias)
 
 
 @inlined_kernel
 def _articulated_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
     """Eliminate the coordinates of body i from its inertia, and add the rest to the parent's."""
     body, inertia, joint = bodies.records[i], work.inertia[i], work.joint[i]
-    if body.modes > 0:
-        eliminate_modes(bodies, i, work)
-    elif body.type == SECTION:
-        add_section_inertia(bodies, i, work)
+    if body.shapes > 0:
+        eliminate_shapes(bodies, i, work)
+    elif body.type == NODE:
+        add_node_inertia(bodies, i, work)
     tt, tx, ty, xx, xy, yy = inertia.tt, inertia.tx, inertia.ty, inertia.xx, inertia.xy, inertia.yy
     if body.dof >= 0 and body.driven < 0:
         s_t, s_x, s_y = 0.0, 0.0, 0.0
@@ -101,12 +101,12 @@ def _articulated_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
 
 
 @inlined_kernel
-def bias_force(bodies: Bodies, i: int, work: Workspace, bias: Array, modal_bias: Array, tau: Array) -> None:
+def bias_force(bodies: Bodies, i: int, work: Workspace, bias: Array, shape_bias: Array, tau: Array) -> None:
     """Find the effect of the forces on body i, if any, on its coordinates, and pass the rest on to its parent."""
     body, joint, p = bodies.records[i], work.joint[i], bodies.records[i].mount.body
     free = body.dof >= 0 and body.driven < 0
-    if body.modes > 0:
-        modal_backward_pass(bodies, i, work, bias, modal_bias, tau)
+    if body.shapes > 0:
+        shape_backward_pass(bodies, i, work, bias, shape_bias, tau)
     joint.push = 0.0
     if not (_is_nonzero(bias, i) or (free and tau[body.dof] != 0.0)):
         return
@@ -117,7 +117,7 @@ def bias_force(bodies: Bodies, i: int, work: Workspace, bias: Array, modal_bias:
         bias[i, 0] = body.sign * tau[body.dof] if body.type == REVOLUTE else moment + joint.U_t * push
         bias[i, 1], bias[i, 2] = fx + joint.U_x * push, fy + joint.U_y * push
     if bodies.records[p].moving:
-        propagate_force(bodies, i, work.pose, bias, modal_bias)
+        propagate_force(bodies, i, work.pose, bias, shape_bias)
 
 
 @inlined_kernel
@@ -125,28 +125,28 @@ def _response(bodies: Bodies, i: int, work: Workspace, a: Array) -> None:
     """Set the response of body i; it is zero if neither its parent nor its coordinates respond."""
     body, joint, response = bodies.records[i], work.joint[i], work.response
     p = body.mount.body
-    if not (joint.push != 0.0 or body.modes > 0 or body.type == SECTION or _is_nonzero(response, p)):
+    if not (joint.push != 0.0 or body.shapes > 0 or body.type == NODE or _is_nonzero(response, p)):
         response[i, 0], response[i, 1], response[i, 2] = 0.0, 0.0, 0.0
         return
     rx, ry = offset(work.pose, p, i)
     turn, x, y = response[p, 0], response[p, 1] - response[p, 0] * ry, response[p, 2] + response[p, 0] * rx
-    if body.type == SECTION:
-        own_turn, own_x, own_y = modal_motion(bodies, i, work.pose, work.modal_response)
+    if body.type == NODE:
+        own_turn, own_x, own_y = shape_motion(bodies, i, work.pose, work.shape_response)
         turn, x, y = turn + own_turn, x + own_x, y + own_y
     if body.dof >= 0 and body.driven < 0:
         second = joint.push - joint.D_inverse * (joint.U_t * turn + joint.U_x * x + joint.U_y * y)
         a[body.dof] += second
         turn, x, y = turn + joint.S_t * second, x + joint.S_x * second, y + joint.S_y * second
     response[i, 0], response[i, 1], response[i, 2] = turn, x, y
-    if body.modes > 0:
-        modal_forward_pass(bodies, i, work, a)
+    if body.shapes > 0:
+        shape_forward_pass(bodies, i, work, a)
 
 
 @inlined_kernel
 def _reduce_body(bodies: Bodies, i: int, work: Workspace) -> None:
     """Eliminate the coordinates of body i from its inertia and its bias force."""
     _articulated_inertia(bodies, i, work)
-    bias_force(bodies, i, work, work.bias, work.modal_bias, work.tau)
+    bias_force(bodies, i, work, work.bias, work.shape_bias, work.tau)
 
 
 @inlined_kernel
@@ -164,5 +164,5 @@ _reduce = backward(_reduce_body)
 _accelerate = forward(_accelerate_body)
 _backward_pass = backward(bias_force)
 #: ``response_pass(bodies, work, a)`` does the second half of `acceleration_response`: it takes the pushes of the joints
-#: and modes, u/D and z.
+#: and shapes, u/D and z.
 response_pass = forward(_response)

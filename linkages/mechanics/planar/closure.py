@@ -333,7 +333,7 @@ def follow_branch(
 def ideal_state(model: Any, dynamics: Any, rows: Records, closing: Indices, ideal: Any) -> bool:
     """Fill the state of the linkage with every joint ideal, at the time and near the state of a run.
 
-    The driven coordinates are the run's, and its state is the first guess. The links are rigid: modal coordinates are
+    The driven coordinates are the run's, and its state is the first guess. The links are rigid: shape coordinates are
     zero. Takes the closure rows of all cut joints and the coordinates of joints that no drive prescribes; fills q, v,
     a, pose, vel and acc of the workspace ``ideal``. Returns False if the loops do not close there.
     """
@@ -342,7 +342,7 @@ def ideal_state(model: Any, dynamics: Any, rows: Records, closing: Indices, idea
     copy(dynamics.v, ideal.v)
     copy(dynamics.a, ideal.a)
     for i in range(len(bodies.records)):
-        for k in range(bodies.records[i].modes):
+        for k in range(bodies.records[i].shapes):
             d = bodies.records[i].eta + k
             ideal.q[d], ideal.v[d], ideal.a[d] = 0.0, 0.0, 0.0
     if not close(bodies, rows, np.zeros(len(rows)), closing, model.size, ideal.q):

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from linkages.base.kernel import Array, inlined_kernel, kernel
-from linkages.mechanics.planar.bodies import Bodies, section_motion
-from linkages.mechanics.planar.flexible_dynamics import add_section_inertia, flexible_inertia
+from linkages.mechanics.planar.bodies import Bodies, node_motion
+from linkages.mechanics.planar.deformable_dynamics import add_node_inertia, deformable_inertia
 from linkages.mechanics.planar.kinematics import joint_force
 from linkages.mechanics.planar.markers import offset, turned
-from linkages.mechanics.planar.record_types import REVOLUTE, SECTION
+from linkages.mechanics.planar.record_types import NODE, REVOLUTE
 from linkages.mechanics.planar.traversal import backward, forward
 from linkages.mechanics.planar.workspace import Workspace
 
@@ -27,8 +27,8 @@ def mass_matrix(bodies: Bodies, work: Workspace, matrix: Array) -> None:
 def body_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
     """Set the inertia of body i about the origin of its frame."""
     body, inertia = bodies.records[i], work.inertia[i]
-    if body.modes > 0:
-        flexible_inertia(bodies, i, work)
+    if body.shapes > 0:
+        deformable_inertia(bodies, i, work)
         return
     cx, cy = turned(work.pose, i, body.cx, body.cy)
     m = body.mass
@@ -58,14 +58,14 @@ def propagate_inertia(bodies: Bodies, i: int, work: Workspace, given: Inertia) -
 @inlined_kernel
 def _rows_of_body(bodies: Bodies, i: int, work: Workspace, matrix: Array) -> None:
     """Set the rows of body i's coordinates: the wrench that a unit acceleration of the coordinate needs, projected."""
-    body, coupling, modal = bodies.records[i], work.modal.coupling[i], work.modal.inertia[i]
-    if body.type == SECTION:
-        add_section_inertia(bodies, i, work)
+    body, coupling, own = bodies.records[i], work.shape.coupling[i], work.shape.inertia[i]
+    if body.type == NODE:
+        add_node_inertia(bodies, i, work)
     inertia = work.inertia[i]
     tt, tx, ty, xx, xy, yy = inertia.tt, inertia.tx, inertia.ty, inertia.xx, inertia.xy, inertia.yy
-    for k in range(body.modes):
+    for k in range(body.shapes):
         for m in range(k + 1):
-            _set(matrix, body.eta + k, body.eta + m, modal[k, m])
+            _set(matrix, body.eta + k, body.eta + m, own[k, m])
         wrench = coupling[k].I_t, coupling[k].I_x, coupling[k].I_y
         _mass_matrix_row(bodies, i, work.pose, body.eta + k, wrench, matrix)
     if body.dof >= 0 and body.driven < 0:
@@ -94,9 +94,9 @@ def _mass_matrix_row(bodies: Bodies, i: int, pose: Array, row: int, wrench: Wren
         p = body.mount.body
         if body.dof >= 0 and body.driven < 0:
             _set(matrix, row, body.dof, joint_force(body, pose, wrench))
-        elif body.type == SECTION:
-            for k in range(bodies.records[p].modes):
-                turn, x, y = section_motion(pose, i, k)
+        elif body.type == NODE:
+            for k in range(bodies.records[p].shapes):
+                turn, x, y = node_motion(pose, i, k)
                 _set(matrix, row, bodies.records[p].eta + k, turn * moment + x * fx + y * fy)
         rx, ry = offset(pose, p, i)
         wrench = moment + rx * fy - ry * fx, fx, fy

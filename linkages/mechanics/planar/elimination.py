@@ -123,9 +123,11 @@ def _carriers(bodies: Bodies, rows: Records) -> list[list[int]]:
 
 
 def _coordinates(bodies: Bodies, free: set[int]) -> list[list[int]]:
-    """Return the free coordinates of each body: that of its joint, its modes."""
-    columns = (bodies.records[name].tolist() for name in ("dof", "eta", "modes"))
-    return [[c for c in (dof, *range(eta, eta + modes)) if c in free] for dof, eta, modes in zip(*columns, strict=True)]
+    """Return the free coordinates of each body: that of its joint, its shapes."""
+    columns = (bodies.records[name].tolist() for name in ("dof", "eta", "shapes"))
+    return [
+        [c for c in (dof, *range(eta, eta + shapes)) if c in free] for dof, eta, shapes in zip(*columns, strict=True)
+    ]
 
 
 def _coupled(coordinates: list[list[int]]) -> list[int]:

@@ -12,15 +12,15 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.mechanics.planar.bodies import COS, SIN, Bodies, make_motion, make_pose
-from linkages.mechanics.planar.flexible_kinematics import (
-    add_modal_force,
-    detached_section_pose,
-    flexible_pose,
-    modal_motion,
+from linkages.mechanics.planar.deformable_kinematics import (
+    add_shape_force,
+    deformable_pose,
+    detached_node_pose,
+    shape_motion,
     shortening,
 )
 from linkages.mechanics.planar.markers import arm, marker_acceleration, marker_velocity, offset, turned
-from linkages.mechanics.planar.record_types import PRISMATIC, REVOLUTE, SECTION
+from linkages.mechanics.planar.record_types import NODE, PRISMATIC, REVOLUTE
 from linkages.mechanics.planar.traversal import FREED, MOVED, forward
 
 
@@ -28,7 +28,7 @@ from linkages.mechanics.planar.traversal import FREED, MOVED, forward
 def body_positions(bodies: Bodies, q: Array, pose: Array) -> None:
     """Set the poses (nb, 5) of all bodies: x, y [m] and angle [rad] of the frame, cosine and sine of the angle.
 
-    If any body is flexible, lines are longer; see `linkages.mechanics.planar.bodies.COS`.
+    If any body is deformable, lines are longer; see `linkages.mechanics.planar.bodies.COS`.
     """
     _set_world_pose(pose)
     _positions(bodies, q, pose)
@@ -96,9 +96,9 @@ def _body_position(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     """Set the pose of body i from its parent's."""
     body = bodies.records[i]
     p = body.mount.body
-    if body.type == SECTION:
+    if body.type == NODE:
         if body.detached:  # else its beam has set it
-            detached_section_pose(bodies, i, q, pose)
+            detached_node_pose(bodies, i, q, pose)
         return
     rx, ry = arm(pose, body.mount)
     x, y = pose[p, 0] + rx, pose[p, 1] + ry
@@ -112,8 +112,8 @@ def _body_position(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
         y += uy * q[body.dof]
     pose[i, 0], pose[i, 1] = x, y
     pose[i, 2], pose[i, COS], pose[i, SIN] = angle, cosine, sine
-    if body.modes > 0:
-        flexible_pose(bodies, i, q, pose)
+    if body.shapes > 0:
+        deformable_pose(bodies, i, q, pose)
 
 
 @inlined_kernel
@@ -130,8 +130,8 @@ def _body_velocity(bodies: Bodies, i: int, pose: Array, v: Array, vel: Array) ->
         ux, uy = turned(pose, p, body.ux, body.uy)
         vx += ux * v[body.dof]
         vy += uy * v[body.dof]
-    elif body.type == SECTION:
-        turn, dx, dy = modal_motion(bodies, i, pose, v)
+    elif body.type == NODE:
+        turn, dx, dy = shape_motion(bodies, i, pose, v)
         w, vx, vy = w + turn, vx + dx, vy + dy
     vel[i, 0], vel[i, 1], vel[i, 2] = w, vx, vy
 
@@ -158,10 +158,10 @@ def body_acceleration(bodies: Bodies, i: int, pose: Array, vel: Array, v: Array,
         rate = 2.0 * w * v[body.dof]
         ax += ux * a[body.dof] - uy * rate
         ay += uy * a[body.dof] + ux * rate
-    elif body.type == SECTION:
+    elif body.type == NODE:
         ux, uy = turned(pose, p, body.ux, body.uy)
-        _, dx, dy = modal_motion(bodies, i, pose, v)
-        turn, ddx, ddy = modal_motion(bodies, i, pose, a)
+        _, dx, dy = shape_motion(bodies, i, pose, v)
+        turn, ddx, ddy = shape_motion(bodies, i, pose, a)
         bent = shortening(bodies, i, v)
         alpha, ax, ay = alpha + turn, ax + ddx - 2.0 * w * dy - bent * ux, ay + ddy + 2.0 * w * dx - bent * uy
     acc[i, 0], acc[i, 1], acc[i, 2] = alpha, ax, ay
@@ -220,10 +220,10 @@ def add_to_parent(bodies: Bodies, i: int, pose: Array, wrench: Any) -> None:
 
 @inlined_kernel
 def propagate_force(bodies: Bodies, i: int, pose: Array, wrench: Any, tau: Any) -> None:
-    """Add the wrench on body i to its parent's; of a section, add the forces on its beam's modes to ``tau`` (n,)."""
+    """Add the wrench on body i to its parent's; of a node, add the forces on its parent's shapes to ``tau`` (n,)."""
     add_to_parent(bodies, i, pose, wrench)
-    if bodies.records[i].type == SECTION:
-        add_modal_force(bodies, i, pose, wrench[i, 0], wrench[i, 1], wrench[i, 2], tau)
+    if bodies.records[i].type == NODE:
+        add_shape_force(bodies, i, pose, wrench[i, 0], wrench[i, 1], wrench[i, 2], tau)
 
 
 @kernel

@@ -35,12 +35,12 @@ def forward_dynamics(bodies: Bodies, rows: Records, elimination: Elimination, gr
 def eliminate_rows(bodies: Bodies, rows: Records, elimination: Elimination, work: Workspace) -> float:
     """Set `work`'s row_matrix and pivots; returns the conditioning of the rows, see `factorise_rows`.
 
-    Takes the pose and articulated inertias; uses bias and modal_bias. Reactions are passed on to the bodies that carry
+    Takes the pose and articulated inertias; uses bias and shape_bias. Reactions are passed on to the bodies that carry
     them alone: each coordinate on the way takes the part u of their force along it, and accelerates alone by u/D. The
     response of a row to the reaction of another is the sum of products of one's forces and the other's accelerations.
     """
     work.bias[:] = 0.0
-    work.modal_bias[:] = 0.0
+    work.shape_bias[:] = 0.0
     for k in range(len(rows)):
         add_row_wrench(rows[k], work.pose, -1.0, work.bias)
         _pass_on(bodies, elimination, k, work)
@@ -51,18 +51,18 @@ def eliminate_rows(bodies: Bodies, rows: Records, elimination: Elimination, work
 @inlined_kernel
 def _pass_on(bodies: Bodies, elimination: Elimination, k: int, work: Workspace) -> None:
     """Pass the wrenches of row k on to the bodies that carry them, and set its forces and accelerations there."""
-    bias, modal_bias, force, push, carriers = (
-        work.bias, work.modal_bias, work.row_force[k], work.row_push[k], elimination.carriers,
+    bias, shape_bias, force, push, carriers = (
+        work.bias, work.shape_bias, work.row_force[k], work.row_push[k], elimination.carriers,
     )  # fmt: skip
     for place in range(carriers.first[k], carriers.first[k + 1]):
         i = carriers.entries[place]
         body, joint = bodies.records[i], work.joint[i]
-        for m in range(body.eta, body.eta + body.modes):
-            force[m] = -modal_bias[m]
-        bias_force(bodies, i, work, bias, modal_bias, work.zero_force)
-        for m in range(body.eta, body.eta + body.modes):
-            push[m] = work.modal.push[m]
-            modal_bias[m] = 0.0
+        for m in range(body.eta, body.eta + body.shapes):
+            force[m] = -shape_bias[m]
+        bias_force(bodies, i, work, bias, shape_bias, work.zero_force)
+        for m in range(body.eta, body.eta + body.shapes):
+            push[m] = work.shape.push[m]
+            shape_bias[m] = 0.0
         if body.dof >= 0 and body.driven < 0:
             push[body.dof], force[body.dof] = joint.push, joint.push / joint.D_inverse
         bias[i, 0], bias[i, 1], bias[i, 2] = 0.0, 0.0, 0.0
@@ -77,7 +77,7 @@ def add_reactions_response(
     Takes what `eliminate_rows` takes and sets; sets the response.
     """
     solve_rows(rows, work.row_matrix, work.pivots, work.row_error, reaction)
-    coordinates, push = elimination.coordinates, work.modal.push
+    coordinates, push = elimination.coordinates, work.shape.push
     push[:] = 0.0
     for k in range(len(rows)):
         for place in range(coordinates.first[k], coordinates.first[k + 1]):
@@ -98,7 +98,7 @@ def project(bodies: Bodies, rows: Records, elimination: Elimination, goal: float
 
     The correction is the smallest in the metric of the mass matrix, a combination of the responses to unit reactions:
     it has no component along the constraints. Takes q, v, pose and vel, and leaves them consistent. With
-    `Tree.stiff_bodies`, whose stiff modes are heavy, the correction hardly excites these modes. The closure error to
+    `Tree.stiff_bodies`, whose stiff shapes are heavy, the correction hardly excites these shapes. The closure error to
     reach, ``goal``, is in parts of the size and of the largest speed.
     """
     moved = False

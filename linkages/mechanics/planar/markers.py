@@ -1,8 +1,8 @@
 """Markers: points fixed to bodies, to which joints, contacts, loads, springs and outputs attach.
 
 A `linkages.mechanics.planar.record_types.MARKER` names a body and a place in its frame. This module alone computes the
-position, velocity and acceleration of markers, and the effect of a force at a marker on its body. On a flexible link a
-marker is fixed to a cross-section, which is a body of its own.
+position, velocity and acceleration of markers, and the effect of a force at a marker on its body. On a deformable
+body a marker is fixed to a node, which is a body of its own.
 
 An *arm* r points from the origin of the body's frame to the marker, in plane axes. A *gap* d = p_b - p_a points from
 marker a to marker b.

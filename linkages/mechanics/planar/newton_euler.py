@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from linkages.base.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.mechanics.planar.bodies import Bodies
-from linkages.mechanics.planar.flexible_dynamics import flexible_inertial_force
+from linkages.mechanics.planar.deformable_dynamics import deformable_inertial_force
 from linkages.mechanics.planar.kinematics import add_to_parent, body_acceleration, joint_force, propagate_force
 from linkages.mechanics.planar.markers import turned
-from linkages.mechanics.planar.record_types import SECTION
+from linkages.mechanics.planar.record_types import NODE
 from linkages.mechanics.planar.traversal import MOVED, STILL, backward, forward
 from linkages.mechanics.planar.workspace import Workspace
 
@@ -45,27 +45,27 @@ _accumulate = backward(add_to_parent, moving=False)
 
 
 @kernel
-def inertial_forces(bodies: Bodies, work: Workspace, gravity: Array, bias: Array, modal_bias: Array) -> None:
+def inertial_forces(bodies: Bodies, work: Workspace, gravity: Array, bias: Array, shape_bias: Array) -> None:
     """Set the forces that the motion of each body needs: rate of change of momentum less gravity and applied wrenches.
 
     Takes `work`'s q, v, a, pose, vel, acc and wrench. Fills ``bias`` with the wrenches on the frames, and the entries
-    of modes in ``modal_bias`` (n,) with their generalised forces, elastic ones included.
+    of shapes in ``shape_bias`` (n,) with their generalised forces, elastic ones included.
     """
-    _set_inertial_forces(bodies, work, gravity, bias, modal_bias)
+    _set_inertial_forces(bodies, work, gravity, bias, shape_bias)
 
 
 @inlined_kernel
 def body_inertial_force(
-    bodies: Bodies, i: int, work: Workspace, gravity: Array, bias: Array, modal_bias: Array
+    bodies: Bodies, i: int, work: Workspace, gravity: Array, bias: Array, shape_bias: Array
 ) -> None:
     """Set the force that the motion of body i needs."""
     body, vel, acc, wrench = bodies.records[i], work.vel, work.acc, work.wrench
-    if body.modes > 0:
-        flexible_inertial_force(bodies, i, work, gravity, bias, modal_bias)
+    if body.shapes > 0:
+        deformable_inertial_force(bodies, i, work, gravity, bias, shape_bias)
         for k in range(3):
             bias[i, k] -= wrench[i, k]
         return
-    if body.type == SECTION:  # without mass
+    if body.type == NODE:  # without mass
         bias[i, 0], bias[i, 1], bias[i, 2] = -wrench[i, 0], -wrench[i, 1], -wrench[i, 2]
         return
     cx, cy = turned(work.pose, i, body.cx, body.cy)
@@ -84,7 +84,7 @@ _set_inertial_forces = forward(body_inertial_force, moving=False)
 def force_residual(bodies: Bodies, gravity: Array, work: Workspace) -> None:
     """Subtract the generalised forces that the accelerations ``a`` of all coordinates need from ``tau``.
 
-    Takes `work`'s q, v, a, pose, vel and wrench; uses acc, bias and modal_bias. The residual in the entries of free
+    Takes `work`'s q, v, a, pose, vel and wrench; uses acc, bias and shape_bias. The residual in the entries of free
     coordinates is the mass matrix times the error of their accelerations.
     """
     _needed_forces(bodies, work, gravity)
@@ -95,21 +95,21 @@ def force_residual(bodies: Bodies, gravity: Array, work: Workspace) -> None:
 def _needed_force(bodies: Bodies, i: int, work: Workspace, gravity: Array) -> None:
     """Set the acceleration of body i and, if it moves, the force that it needs."""
     body = bodies.records[i]
-    if body.type != SECTION or body.carries:  # sections have no mass
+    if body.type != NODE or body.carries:  # nodes have no mass
         body_acceleration(bodies, i, work.pose, work.vel, work.v, work.a, work.acc)
     if body.moving:
-        body_inertial_force(bodies, i, work, gravity, work.bias, work.modal_bias)
+        body_inertial_force(bodies, i, work, gravity, work.bias, work.shape_bias)
 
 
 @inlined_kernel
 def _subtract_force(bodies: Bodies, i: int, work: Workspace) -> None:
     """Subtract the force along the coordinates of body i, and pass the wrench on to the parent."""
-    body, bias, modal_bias, tau = bodies.records[i], work.bias, work.modal_bias, work.tau
+    body, bias, shape_bias, tau = bodies.records[i], work.bias, work.shape_bias, work.tau
     if body.dof >= 0:
         tau[body.dof] -= joint_force(body, work.pose, bias[i])
-    for k in range(body.eta, body.eta + body.modes):
-        tau[k] -= modal_bias[k]
-    propagate_force(bodies, i, work.pose, bias, modal_bias)
+    for k in range(body.eta, body.eta + body.shapes):
+        tau[k] -= shape_bias[k]
+    propagate_force(bodies, i, work.pose, bias, shape_bias)
 
 
 @lazy_kernel
@@ -127,13 +127,13 @@ def moved_residual(bodies: Bodies, gravity: Array, moves: Indices, work: Workspa
 def _changed_force(bodies: Bodies, i: int, moves: Indices, work: Workspace, gravity: Array) -> None:
     """Set the acceleration of body i, and the change of the force that it needs."""
     body, bias, wrench = bodies.records[i], work.bias, work.wrench
-    if moves[i] != STILL and (body.type != SECTION or body.carries):
+    if moves[i] != STILL and (body.type != NODE or body.carries):
         body_acceleration(bodies, i, work.pose, work.vel, work.v, work.a, work.acc)
     if moves[i] == MOVED and body.moving:
-        body_inertial_force(bodies, i, work, gravity, bias, work.modal_bias)
+        body_inertial_force(bodies, i, work, gravity, bias, work.shape_bias)
         return
-    for k in range(body.eta, body.eta + body.modes):
-        work.modal_bias[k] = 0.0
+    for k in range(body.eta, body.eta + body.shapes):
+        work.shape_bias[k] = 0.0
     bias[i, 0], bias[i, 1], bias[i, 2] = -wrench[i, 0], -wrench[i, 1], -wrench[i, 2]
 
 

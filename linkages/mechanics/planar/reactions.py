@@ -31,11 +31,11 @@ def add_known_contacts(ends: Records, contacts: Array, pose: Array, wrench: Arra
 def row_reactions(model: Arrays, work: Workspace) -> None:
     """Find the reactions of the closure rows for which the free coordinates need no other force.
 
-    Takes `work`'s pose, tau, and bias and modal_bias of `linkages.mechanics.planar.newton_euler.inertial_forces`; sets
+    Takes `work`'s pose, tau, and bias and shape_bias of `linkages.mechanics.planar.newton_euler.inertial_forces`; sets
     the reactions. Statically indeterminate reactions are one solution of many, see `linkages.results.soundness`.
     """
     bodies, rows, free, n = model.bodies, model.rows, model.free, len(work.tau)
-    needed, used = work.modal_bias.copy(), work.bias.copy()
+    needed, used = work.shape_bias.copy(), work.bias.copy()
     generalised_force(bodies, work.pose, used, needed)
     for i in range(n):
         needed[i] -= work.tau[i]

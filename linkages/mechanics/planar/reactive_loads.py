@@ -150,7 +150,7 @@ def _joint_forces(
         state.tau[model.powered[k]] = torques[k]
     forward_dynamics(bodies, model.rows, model.elimination, model.gravity, state)
     body_accelerations(bodies, state.pose, state.vel, state.v, state.a, state.acc)
-    inertial_forces(bodies, state, model.gravity, state.bias, state.modal_bias)
+    inertial_forces(bodies, state, model.gravity, state.bias, state.shape_bias)
     for k in range(len(model.rows)):
         add_row_wrench(model.rows[k], state.pose, -state.reaction[k], state.bias)
     joint_wrenches(bodies, state.pose, state.bias)

@@ -12,25 +12,25 @@ MARKER = record_type(
     y="f8",
 )
 
-#: Types of joints. A `SECTION` is no joint: the body is a cross-section of its parent, a flexible body.
-FIXED, REVOLUTE, PRISMATIC, SECTION = 0, 1, 2, 3
+#: Types of joints. A `NODE` is no joint: the body is massless, and moves with a place of its parent, a deformable body.
+FIXED, REVOLUTE, PRISMATIC, NODE = 0, 1, 2, 3
 
 #: One body and the joint that carries it. A parent comes before its children. See `linkages.mechanics.planar.bodies`.
 BODY = record_type(
-    mount=MARKER,  # joint on the parent; section: its place on the undeformed beam
-    type="i8",  # FIXED, REVOLUTE, PRISMATIC or SECTION
+    mount=MARKER,  # joint on the parent; node: its place on the undeformed body
+    type="i8",  # FIXED, REVOLUTE, PRISMATIC or NODE
     dof="i8",  # index of its coordinate in q and v; -1 if fixed
     driven="i8",  # index of the motion that prescribes the coordinate; -1 if free
     moving="i8",  # 1 if a free coordinate moves it, directly or through its parents
     carries="i8",  # 1 if it carries other bodies
-    detached="i8",  # section: 1 if other bodies than sections of its beam are between it and the beam
+    detached="i8",  # node: 1 if other bodies than nodes of its parent are between it and the parent
     sign="f8",  # revolute: +1 if q turns the body counter-clockwise
-    ux="f8",  # prismatic: unit direction in the parent's frame; section: direction of the beam
+    ux="f8",  # prismatic: unit direction in the parent's frame; node: e1 of the parent
     uy="f8",
-    modes="i8",  # number of modal coordinates
-    bends="i8",  # number of bending modes, which come first; the others are axial
-    eta="i8",  # index of the first modal coordinate in q and v
-    ex="f8",  # flexible body: direction of the beam in its frame
+    shapes="i8",  # number of shape coordinates
+    bends="i8",  # number of shapes across, which come first; the others are along
+    eta="i8",  # index of the first shape coordinate in q and v
+    ex="f8",  # deformable body: direction of e1 in its frame
     ey="f8",
     mass="f8",  # [kg]
     cx="f8",  # mass centre in the body's frame [m]
@@ -98,31 +98,6 @@ STATE = record_type(
     arguments="i8",  # their number after the time
     results="i8",  # number of states that it gives; 0 after the first one
 )
-
-#: A flexible link, or a substructure of one, for its internal forces and deflection.
-BEAM = record_type(
-    body="i8",
-    first="i8",  # its first station
-    count="i8",  # number of its stations
-    area="f8",  # of the section [m2]
-    leverage="f8",  # stress at its edges over the bending moment [1/m3]
-    origin="f8",  # place of the frame's origin from the first end of the link's beam [m]
-    start="i8",  # body of the section at its first end
-    first_end="i8",  # bodies of the sections at the ends of the link's beam
-    last_end="i8",
-)
-
-#: A cross-section of a beam at which internal forces are computed. Integrals extend from it outwards to the beam's end.
-STATION = record_type(
-    place="f8",  # abscissa from the frame's origin [m]
-    mass="f8",  # mass beyond it [kg]
-    first="f8",  # first moment of that mass [kg m]
-    second="f8",  # second moment [kg m2]
-)
-
-#: A mode at a station: integrals over the mass beyond it, of the axial shape a and the bending shape b, and of these
-#: times the abscissa; both shapes at the station.
-STATION_MODE = record_type(mass_a="f8", mass_b="f8", first_a="f8", first_b="f8", a="f8", b="f8")
 
 #: One friction in an ideal joint. It acts along a term, on its second body and against the first.
 LOAD = record_type(

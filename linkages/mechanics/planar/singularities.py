@@ -206,7 +206,7 @@ def constrained_dynamics(
     """
     body_states(bodies, work.q, work.v, work.pose, work.vel)
     stabilised_dynamics(bodies, rows, elimination, size, stabilisation, gravity, work)
-    needed = work.modal_response
+    needed = work.shape_response
     needed[:] = 0.0
     inertial_forces(bodies, work, gravity, work.bias, needed)
     generalised_force(bodies, work.pose, work.bias, needed)

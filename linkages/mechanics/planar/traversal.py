@@ -53,6 +53,6 @@ def mark_moved(bodies: Bodies, changed: Indices, moves: Indices) -> None:
     for i in range(1, len(bodies.records)):
         body = bodies.records[i]
         moved = moves[body.mount.body] == MOVED or (body.dof >= 0 and changed[body.dof] == 1)
-        for k in range(body.eta, body.eta + body.modes):
+        for k in range(body.eta, body.eta + body.shapes):
             moved = moved or changed[k] == 1
         moves[i] = MOVED if moved else FREED if moves[i] == MOVED else STILL

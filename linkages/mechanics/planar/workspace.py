@@ -2,20 +2,21 @@
 
 Spatial vectors are those of the plane, with components 0 to 2. A motion is (turn, x, y): the angular velocity and the
 velocity of the frame's origin, or their rates. A wrench is (moment, fx, fy): the moment about the frame's origin and
-the force. Components are in plane axes at the origin of the body's own frame. Modal quantities of flexible bodies are
-entries of generalised vectors (n,). Symbols are those of Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7:
+the force. Components are in plane axes at the origin of the body's own frame. Quantities of the shapes of deformable
+bodies are entries of generalised vectors (n,). Symbols are those of Featherstone, Rigid Body Dynamics Algorithms, 2008,
+ch. 7:
 
 | field                  | symbol    | quantity                                                                     |
 |------------------------|-----------|------------------------------------------------------------------------------|
 | `inertia`              | I^A       | articulated inertias; composite inertias for the mass matrix                 |
 | `joint`                | S, U, D   | motion subspaces of the joints, U = I^A S, 1/D = 1/(S.U), u/D                |
-| `bias`, `modal_bias`   | p^A       | bias forces of the frames, and of the modes                                  |
+| `bias`, `shape_bias`   | p^A       | bias forces of the frames, and of the shapes                                 |
 | `response`, ...        | a'        | changes of accelerations due to the bias forces and the applied forces       |
-| `modal`                |           | the same for modes: they are eliminated between the joint and the frame      |
+| `shape`                |           | the same for shapes: they are eliminated between the joint and the frame      |
 
-The modes of a flexible body have the inertia I_ee and are coupled to its frame by I_er. They are eliminated first, as
-joints between the frame and the bodies that its sections carry: eta'' = z - W a, with a the acceleration of the frame,
-W = I_ee^-1 I_er and z = I_ee^-1 (forces on the modes). The frame keeps the inertia I_rr - I_re W and the force I_re z.
+The shapes of a deformable body have the inertia I_ee and are coupled to its frame by I_er. They are eliminated first,
+as joints between the frame and the bodies that its nodes carry: eta'' = z - W a, with a the acceleration of the frame,
+W = I_ee^-1 I_er and z = I_ee^-1 (forces on the shapes). The frame keeps the inertia I_rr - I_re W and the force I_re z.
 """
 
 from __future__ import annotations
@@ -40,8 +41,8 @@ ARTICULATION = record_type(
 COUPLING = record_type(I_t="f8", I_x="f8", I_y="f8", W_t="f8", W_x="f8", W_y="f8")
 
 
-class Modal(NamedTuple):
-    """Articulated inertias of the modes."""
+class ShapeInertias(NamedTuple):
+    """Articulated inertias of the shapes."""
 
     coupling: Records  # `COUPLING`, (nb, nm)
     inertia: Array  # I_ee, below and on the diagonal; then its factors L and 1/D of L D L^T, (nb, nm, nm)
@@ -49,7 +50,7 @@ class Modal(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Arrays of one evaluation: nb bodies with up to nm modes each, n coordinates, nr closure rows."""
+    """Arrays of one evaluation: nb bodies with up to nm shapes each, n coordinates, nr closure rows."""
 
     q: Array  # coordinates, (n,)
     v: Array  # rates
@@ -62,11 +63,11 @@ class Workspace(NamedTuple):
     reaction: Array  # of each closure row, (nr,)
     inertia: Records  # `INERTIA`, (nb,)
     joint: Records  # `ARTICULATION`, (nb,)
-    modal: Modal
+    shape: ShapeInertias
     bias: Array  # (nb, 3)
-    modal_bias: Array  # (n,)
+    shape_bias: Array  # (n,)
     response: Array  # change of `acc`, (nb, 3)
-    modal_response: Array  # (n,)
+    shape_response: Array  # (n,)
     row_force: Array  # forces of a unit reaction of each row on the coordinates, (nr, n); see `eliminate_rows`
     row_push: Array  # accelerations of each coordinate alone due to them, (nr, n)
     row_matrix: Array  # change of each row's acceleration by the same, eliminated, (nr, nr)
@@ -81,11 +82,11 @@ class Workspace(NamedTuple):
 def make_workspace(nb: int, n: int, nr: int, nm: int = 0) -> Workspace:
     """Make the arrays, all zero."""
     frames = nb, 3
-    modal = Modal(np.zeros((nb, nm), COUPLING), np.zeros((nb, nm, nm)), np.zeros(n))
+    shape = ShapeInertias(np.zeros((nb, nm), COUPLING), np.zeros((nb, nm, nm)), np.zeros(n))
     return Workspace(
         np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n),
         new_poses(nb, nm), np.zeros(frames), np.zeros(frames), np.zeros(frames), np.zeros(nr),
-        np.zeros(nb, INERTIA), np.zeros(nb, ARTICULATION), modal,
+        np.zeros(nb, INERTIA), np.zeros(nb, ARTICULATION), shape,
         np.zeros(frames), np.zeros(n), np.zeros(frames), np.zeros(n),
         np.zeros((nr, n)), np.zeros((nr, n)), np.zeros((nr, nr)), np.zeros(nr), make_pivots(nr),
         np.zeros(frames), np.zeros(n), np.zeros(n), np.zeros(1),

@@ -1,4 +1,4 @@
-"""Outputs of bodies: motion of points, coordinates of the tree, flexible links, energies of the whole linkage."""
+"""Outputs of bodies: motion of points, coordinates of the tree, internal forces, energies of the whole linkage."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from linkages.input.model.output_names import FRAME_BENDING, LINK_BENDING, PIN_QUANTITIES, QUANTITIES
-from linkages.mechanics.planar.beams import beam_state, deflection, largest_deflection
-from linkages.mechanics.planar.flexible_dynamics import flexible_energy
+from linkages.elements.flexible.internal_forces import beam_state, deflection, largest_deflection
+from linkages.elements.outputs import Quantities
+from linkages.input.model.output_names import PIN_QUANTITIES, QUANTITIES
+from linkages.mechanics.planar.deformable_dynamics import deformable_energy
 from linkages.mechanics.planar.loads import ENERGY
 from linkages.mechanics.planar.markers import arm, marker_acceleration, marker_velocity, turned
 from linkages.results.outputs.quantity import Declaration, OutputPlace, Owner, Snapshot, formula, quantities
@@ -109,8 +110,8 @@ def _energy(output: np.record, seen: Snapshot) -> float:
     kinetic, potential, strain, lost = 0.0, 0.0, 0.0, 0.0
     for i in range(1, len(bodies.records)):
         body = bodies.records[i]
-        if body.modes > 0:
-            own = flexible_energy(bodies, i, seen.state, gravity)
+        if body.shapes > 0:
+            own = deformable_energy(bodies, i, seen.state, gravity)
             kinetic, potential, strain, lost = kinetic + own[0], potential + own[1], strain + own[2], lost + own[3]
             continue
         cx, cy = turned(pose, i, body.cx, body.cy)
@@ -123,30 +124,37 @@ def _energy(output: np.record, seen: Snapshot) -> float:
     return (kinetic, potential + strain, strain, lost)[output.column]
 
 
-def _frames(system: System) -> Iterable[str]:
-    return [frame.name for frame in system.frames if frame.link in system.tree.flexible]
-
-
-def _at_frame(system: System, name: str) -> OutputPlace:
+def at_frame(system: System, name: str) -> OutputPlace:
+    """Return the numbers of a frame's deflection: sections at the ends of its link's beam, its marker and distance."""
     tree, point = system.tree, system.points[name]
     beam = system.links[point.link].beam
     if beam is None:
         raise AssertionError("a flexible link has a beam")
-    first, last = tree.beam_ends(point.link)
+    first, last = tree.ends_of(point.link)
     (dx, dy), (x, y) = (beam.end - beam.start) / beam.length, point.origin - beam.start
     return OutputPlace(first, last, tree.named_marker(name), float(dx * y - dy * x))
 
 
-def _at_link(system: System, name: str) -> OutputPlace:
-    link = system.tree.flexible[name]
+def at_link(system: System, name: str) -> OutputPlace:
+    """Return the numbers of a flexible link: its first substructure, and the index after the last one."""
+    link = system.tree.deformable[name]
     first = list(system.tree.substructures).index(link[0].name)
     return OutputPlace(first, first + len(link))
 
 
-_OF_LINK = {
-    **quantities(_deflection, **{name: LINK_BENDING[name] for name in ("deflection", "deflection_place")}),
-    **quantities(_load, **{name: LINK_BENDING[name] for name in ("bending", "stress", "stress_place", "compression")}),
-}
+def of_frame(outputs: Quantities) -> dict[str, Declaration]:
+    """Make the outputs of a frame on a flexible link."""
+    return quantities(_frame, **outputs.texts)
+
+
+def along_link(outputs: Quantities) -> dict[str, Declaration]:
+    """Make the outputs along a flexible link: two of its deflection, the others of its internal forces."""
+    deflections = ("deflection", "deflection_place")
+    loads = {name: text for name, text in outputs.texts.items() if name not in deflections}
+    shape = quantities(_deflection, **{name: outputs.texts[name] for name in deflections})
+    return shape | quantities(_load, **loads)
+
+
 _OF_LINKAGE = quantities(
     _energy,
     kinetic_energy="kinetic energy of the whole linkage [J]",
@@ -155,9 +163,5 @@ _OF_LINKAGE = quantities(
     damping_power="power dissipated by the damping of flexible links [W]",
 )
 
-#: Frames on flexible links, flexible links, the whole linkage.
-LINKS = (
-    Owner("FRAME (flexible link)", _frames, _at_frame, quantities(_frame, **FRAME_BENDING)),
-    Owner("LINK (flexible)", lambda system: system.tree.flexible, _at_link, _OF_LINK),
-    Owner("", lambda system: ("",), lambda system, name: OutputPlace(), _OF_LINKAGE),
-)
+#: The whole linkage.
+LINKAGE = (Owner("", lambda system: ("",), lambda system, name: OutputPlace(), _OF_LINKAGE),)

@@ -9,7 +9,6 @@ import numpy as np
 
 from linkages.base.arguments import Names
 from linkages.base.kernel import Array, Records
-from linkages.input.model.segment_model import SegmentChain
 from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.outputs.evaluation import make_snapshot, tabulate
 from linkages.results.outputs.quantity import Snapshot
@@ -104,52 +103,10 @@ def whole_columns(system: Segmented, ideal: bool, tabulated: Callable[[Sequence[
     for chain in system.chains.values():
         for frame in system.whole.frames:
             if frame.link == chain.link.name:
-                found[f"{frame.name}.deflection"] = _deflection(chain, frame.name, frame.origin, table)
-        found |= _within(chain, table) | _largest_deflection(chain, table)
+                found[f"{frame.name}.deflection"] = chain.deflection(frame.name, frame.origin, table)
+        found |= chain.internal_forces(table) | chain.largest_deflection(table)
         turns = np.array([table[f"q.{name}"] for name in chain.joints])
         rates = np.diff([table[f"{name}.omega"] for name in chain.segments], axis=0)
         found["strain_energy"] = found["strain_energy"] + 0.5 * chain.stiffnesses @ turns**2
         found["damping_power"] = found["damping_power"] + chain.damping * chain.stiffnesses @ rates**2
     return found
-
-
-def _deflection(chain: SegmentChain, name: str, drawn: Array, table: Columns) -> Array:
-    """Compute the change of a frame's distance from the beam's chord due to deformation."""
-    (x, y), (x0, y0), (x1, y1) = ((table[f"{at}.x"], table[f"{at}.y"]) for at in (name, *chain.beam.frames))
-    dx, dy = x1 - x0, y1 - y0
-    (ux, uy), (rx, ry) = (chain.beam.end - chain.beam.start) / chain.beam.length, drawn - chain.beam.start
-    distance: Array = (dx * (y - y0) - dy * (x - x0)) / np.hypot(dx, dy) - (ux * ry - uy * rx)
-    return distance
-
-
-def _largest_deflection(chain: SegmentChain, table: Columns) -> Columns:
-    """Compute the largest distance of a hinge from the beam's chord, and its place."""
-    edges = np.array([0.0, *chain.hinges, chain.beam.length])
-    angles, lengths = np.array([table[f"{name}.angle"] for name in chain.segments]), np.diff(edges)[:, None]
-    x, y = np.cumsum(lengths * np.cos(angles), axis=0), np.cumsum(lengths * np.sin(angles), axis=0)
-    distances = np.abs(x[-1] * y - y[-1] * x) / np.hypot(x[-1], y[-1])
-    name = chain.link.name
-    return {
-        f"{name}.deflection": distances.max(axis=0),
-        f"{name}.deflection_place": edges[1 + distances.argmax(axis=0)],
-    }
-
-
-def _within(chain: SegmentChain, table: Columns) -> Columns:
-    """Compute largest bending moment, normal stress and compression from the hinges' springs and forces."""
-    beam, (places, factors) = chain.beam, chain.stations()
-    moments = factors @ np.array([table[f"{name}.torque"] for name in chain.springs])
-    way = np.arctan2(*(beam.end - beam.start)[::-1]) - chain.link.angle
-    pulls = []
-    for name, inner, outer in zip(chain.joints, chain.segments[:-1], chain.segments[1:], strict=True):
-        angle = way + 0.5 * (table[f"{inner}.angle"] + table[f"{outer}.angle"])
-        pulls.append(-np.cos(angle) * table[f"{name}.fx"] - np.sin(angle) * table[f"{name}.fy"])
-    force = factors @ np.array(pulls)
-    stress = np.abs(force) / beam.area + np.abs(moments) * 0.5 * beam.height / beam.second_moment
-    name = chain.link.name
-    return {
-        f"{name}.bending": np.abs(moments).max(axis=0),
-        f"{name}.stress": stress.max(axis=0),
-        f"{name}.stress_place": places[stress.argmax(axis=0)],
-        f"{name}.compression": np.maximum(-force, 0.0).max(axis=0),
-    }

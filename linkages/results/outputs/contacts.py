@@ -36,12 +36,12 @@ def _force(output: np.record, seen: Snapshot) -> float:
 
 @formula()
 def _ratio(output: np.record, seen: Snapshot) -> float:
-    return _ratio_at(seen, output.at, output.constant)
+    return _ratio_at(seen, output.at)
 
 
 @inlined_kernel
-def _ratio_at(seen: Snapshot, k: int, clearance: float) -> float:
-    contact = seen.contacts[k]
+def _ratio_at(seen: Snapshot, k: int) -> float:
+    contact, clearance = seen.contacts[k], seen.model.laws[k].clearance
     if seen.model.ends[k].kind == WORN:
         return math.hypot(contact[EX], contact[EY]) / clearance
     return 1.0 + contact[PENETRATION] / clearance
@@ -94,7 +94,7 @@ def _guide(output: np.record, seen: Snapshot) -> float:
     slot, pose, largest, power, offset = output.marker, seen.state.pose, -np.inf, 0.0, 0.0
     nx, ny = turned(pose, slot.body, slot.x, slot.y)
     for k in range(output.at, output.at + _CORNERS):
-        largest = max(largest, _ratio_at(seen, k, output.constant))
+        largest = max(largest, _ratio_at(seen, k))
         power += _power_at(seen, k)
         offset += (seen.contacts[k, EX] * nx + seen.contacts[k, EY] * ny) / _CORNERS
     return (largest, power, offset, pose[output.other, 2] - pose[slot.body, 2])[output.column]
@@ -158,7 +158,7 @@ def _play(kinds: str, suits: Callable[[JointModel], bool], found: dict[str, Decl
 def at_contact(system: System, name: str) -> OutputPlace:
     """Return the numbers of a contact."""
     k = [label for _, label in system.contacts].index(name)
-    return OutputPlace(k, constant=float(system.laws["clearance"][k]))
+    return OutputPlace(k)
 
 
 def _guides(system: System) -> Iterable[str]:
@@ -169,7 +169,7 @@ def _at_guide(system: System, name: str) -> OutputPlace:
     tree, joint = system.tree, system.joints[name]
     k = [owner for owner, _ in tree.contacts].index(name)
     across = (tree.marker(joint.parent, joint.on_parent)[0], float(-joint.direction[1]), float(joint.direction[0]))
-    return OutputPlace(k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k]))
+    return OutputPlace(k, tree.marker(joint.child, joint.on_child)[0], across)
 
 
 def _by_drive(owner: Owner) -> tuple[Owner, Owner]:

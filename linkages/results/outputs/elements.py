@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,8 +12,9 @@ from linkages.elements.outputs import Quantities, Source
 from linkages.mechanics.planar.closure_rows import term_rate
 from linkages.mechanics.planar.contacts import COUPLE, PENETRATION
 from linkages.mechanics.planar.loads import POWER
+from linkages.results.outputs.bodies import along_link, at_frame, at_link, of_frame
 from linkages.results.outputs.contacts import at_contact, contact_quantity
-from linkages.results.outputs.joints import load_size, load_value
+from linkages.results.outputs.joints import at_drive, at_wheel, effort, effort_on_wheel, load_size, load_value
 from linkages.results.outputs.quantity import Declaration, OutputPlace, Owner, Snapshot, formula, quantities, quantity
 from linkages.system import System
 
@@ -71,6 +73,10 @@ _SOURCES: Mapping[Source, tuple[_Made, Callable[[System, str], OutputPlace]]] = 
     Source.TOLD: (_told, _at_row),
     Source.REACTION: (lambda outputs: quantities(_reaction, **outputs.texts), _at_reaction),
     Source.BETWEEN: (lambda outputs: quantities(_between, **outputs.texts), _at_pair),
+    Source.EFFORT: (lambda outputs: quantities(effort, **outputs.texts), at_drive),
+    Source.EFFORT_OF_WHEEL: (lambda outputs: quantities(effort_on_wheel, **outputs.texts), at_wheel),
+    Source.ALONG: (along_link, at_link),
+    Source.FRAME: (of_frame, at_frame),
     Source.CONTACT: (
         lambda outputs: {
             name: contact_quantity(outputs.columns.get(name, name), text) for name, text in outputs.texts.items()
@@ -83,11 +89,15 @@ _SOURCES: Mapping[Source, tuple[_Made, Callable[[System, str], OutputPlace]]] = 
 def _owner(outputs: Quantities) -> Owner:
     """Make the owner of outputs of elements: the elements, or their contacts, that have these."""
 
+    @lru_cache(maxsize=8)  # each output's name is looked up among all owners
     def names(system: System) -> Iterable[str]:
         parts, slides = all_elements_of(system.parts), system.slides
         found = [(kind, name, keys) for kind, name, keys in parts if outputs in kind.outputs_of(keys, slides)]
         if outputs.source is Source.CONTACT:
             return [f"{name}{end}" for kind, name, keys in found for end in kind.contacts(keys)]
+        if outputs.source is Source.FRAME:
+            links = {name for _, name, _ in found}
+            return [frame.name for frame in system.frames if frame.link in links]
         return [name for _, name, _ in found]
 
     made, element = _SOURCES[outputs.source]
@@ -100,5 +110,7 @@ def _owners(*sources: Source) -> tuple[Owner, ...]:
     return tuple(_owner(outputs) for source in sources for outputs in every if outputs.source is source)
 
 
-#: Loose couplings; elements with forces and couplings; contacts of elements.
-BETWEEN, FORCES, CONTACTS = _owners(Source.BETWEEN), _owners(Source.TOLD, Source.REACTION), _owners(Source.CONTACT)
+#: Loose couplings; drives; elements with forces and couplings; contacts of elements; deformable links.
+BETWEEN, EFFORTS = _owners(Source.BETWEEN), _owners(Source.EFFORT, Source.EFFORT_OF_WHEEL)
+FORCES, CONTACTS = _owners(Source.TOLD, Source.REACTION), _owners(Source.CONTACT)
+LINKS = _owners(Source.FRAME, Source.ALONG)

@@ -9,7 +9,7 @@ import numpy as np
 
 from linkages.base.kernel import Array, Records, inlined_kernel, kernel
 from linkages.base.kernel.by_reference import packed
-from linkages.base.kernel.dual import dual_array, seeded, slope
+from linkages.base.kernel.dual import dual_array, number, seeded, slope
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.elements.machine import add_elements, count, tell_elements
 from linkages.mechanics.integrate.stepper import copy
@@ -80,9 +80,11 @@ class DualTable(NamedTuple):
 @kernel(makes_arrays=True)
 def slopes(
     table: DualTable, with_forces: bool, seen: Snapshot, times: Array, q: Array, v: Array, a: Array, contacts: Array,
-    dq: Array, dv: Array, da: Array, dcontacts: Array, first: int, out: Array,
+    dq: Array, dv: Array, da: Array, dcontacts: Array, first: int, values: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Fill ``out`` (np, no, nt) with the slopes of the outputs of `tabulate` along np values, at most `DIRECTIONS`.
+    """Fill ``values`` (no, nt) with the outputs of `tabulate`, and ``out`` (np, no, nt) with their slopes.
+
+    They are slopes along np values, at most `DIRECTIONS`.
 
     Parameters
     ----------
@@ -118,6 +120,7 @@ def slopes(
             _set_forces(table.seen)
         for k in range(len(table.outputs)):
             found = output_value(table.outputs[k], table.seen)
+            values[k, i] = number(found)
             for p in range(len(out)):
                 out[p, k, i] = slope(found, p)
 
@@ -126,9 +129,9 @@ def slopes(
 def _set_reactions(table: DualTable, seen: Snapshot, count: int) -> None:
     """Fill the dual reactions of the closure rows: slopes of the residual at fixed reactions need further ones."""
     model, w, at = table.seen.model, table.seen.state, seen.state
-    used, needed = w.response, w.modal_response
+    used, needed = w.response, w.shape_response
     for i in range(len(needed)):
-        needed[i] = w.modal_bias[i]
+        needed[i] = w.shape_bias[i]
     for i in range(len(used)):
         for k in range(3):
             used[i, k] = w.bias[i, k]
@@ -138,7 +141,7 @@ def _set_reactions(table: DualTable, seen: Snapshot, count: int) -> None:
         add_row_wrench(model.rows[k], w.pose, -w.reaction[k], used)
     generalised_force(model.bodies, w.pose, used, needed)
     at.bias[:] = 0.0
-    at.modal_bias[:] = 0.0
+    at.shape_bias[:] = 0.0
     for p in range(count):
         for i in range(len(needed)):
             at.tau[i] = slope(w.tau[i], p) - slope(needed[i], p)
@@ -188,7 +191,7 @@ def _move(seen: Snapshot, with_forces: bool, t: float, powered: Array) -> None:
     if with_forces:
         for k in range(powered.shape[1]):
             w.tau[bodies.records[model.powered_bodies[k]].dof] = powered[0, k]
-        inertial_forces(bodies, w, model.gravity, w.bias, w.modal_bias)
+        inertial_forces(bodies, w, model.gravity, w.bias, w.shape_bias)
 
 
 @inlined_kernel

@@ -1,4 +1,4 @@
-"""Outputs of forces: in joints, of drives and applied loads."""
+"""Outputs of forces: in joints; formulas of those of drives and applied loads."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ def _joint_force(output: np.record, seen: Snapshot) -> float:
 
 
 @formula("forces")
-def _drive(output: np.record, seen: Snapshot) -> float:
+def effort(output: np.record, seen: Snapshot) -> float:
+    """Return the effort of a drive, the rate of its joint, or its power."""
     effort, rate = seen.efforts[output.at], seen.state.v[output.other]
     return (effort, rate, effort * rate)[output.column]
 
 
 @formula("forces")
-def _wheel(output: np.record, seen: Snapshot) -> float:
+def effort_on_wheel(output: np.record, seen: Snapshot) -> float:
+    """Return the effort of a drive on its gearbox' output wheel, the rate of its joint, or its power."""
     k, driven, vel = output.at, seen.model.driven, seen.state.vel
     wheel = driven[k] if k < len(driven) else seen.model.powered[k - len(driven)]
     rate = output.constant * (vel[output.other, 0] - vel[output.marker.body, 0])
@@ -50,19 +52,6 @@ _OF_JOINT = quantities(
     force="magnitude of the force [N]",
     moment="moment on the child about the joint, without the drive's [N m]",
 )
-_OF_DRIVE = quantities(
-    _drive,
-    torque="torque (prismatic joint: force) of the drive along the joint's coordinate; JOINT.force excludes it"
-    " [N m or N]",
-    rate="rate of the joint's coordinate [rad/s or m/s]",
-    power="power delivered by the drive [W]",
-)
-_OF_WHEEL = quantities(
-    _wheel,
-    torque="torque of the drive on the output wheel of its gearbox, along the joint's coordinate [N m]",
-    rate="rate of the joint's coordinate; the wheel has another one [rad/s]",
-    power="power delivered by the drive [W]",
-)
 
 
 def _at_joint(system: System, name: str) -> OutputPlace:
@@ -73,22 +62,17 @@ def _drives(system: System) -> tuple[str, ...]:
     return (*system.tree.driven, *system.tree.powered)
 
 
-def _at_drive(system: System, name: str) -> OutputPlace:
+def at_drive(system: System, name: str) -> OutputPlace:
+    """Return the numbers of a drive: its index, and its coordinate."""
     k, tree = _drives(system).index(name), system.tree
     return OutputPlace(k, int(np.concatenate([tree.driven_dofs, tree.powered_dofs])[k]))
 
 
-def _at_wheel(system: System, name: str) -> OutputPlace:
+def at_wheel(system: System, name: str) -> OutputPlace:
+    """Return the numbers of a drive with a gearbox: its index, and the bodies of its joint."""
     (_, parent, child, _, _), sign = system.tree.coordinate(name)
     return OutputPlace(_drives(system).index(name), child[0], parent, sign)
 
 
-#: Joints, drives.
-FORCES = (
-    Owner("JOINT", lambda system: system.joints, _at_joint, _OF_JOINT),
-    Owner(
-        "DRIVE", lambda system: [name for name in _drives(system) if name not in system.wheels],
-        _at_drive, _OF_DRIVE,
-    ),
-    Owner("DRIVE (backlash)", lambda system: system.wheels, _at_wheel, _OF_WHEEL),
-)  # fmt: skip
+#: Joints.
+FORCES = (Owner("JOINT", lambda system: system.joints, _at_joint, _OF_JOINT),)

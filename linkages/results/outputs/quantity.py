@@ -28,7 +28,7 @@ OUTPUT = record_type(
     other="i8",  # drive: its coordinate, behind backlash its child's body; guide: the block's body; deflection: section
     # at the beam's last end; beams: index after the last one
     marker=MARKER,  # point: its place; guide: the slot's body and the normal of the slot
-    constant="f8",  # point: reference angle; contact: clearance; deflection: undeformed one; gear: sign of second joint
+    constant="f8",  # point: reference angle; deflection: undeformed one; gear: sign of second joint
     jitter="i8",  # 1: minus the ideal linkage's value
     **dict.fromkeys(READS, "i8"),  # 1 for data that the formula reads
 )

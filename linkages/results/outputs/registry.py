@@ -23,9 +23,9 @@ import numpy as np
 
 from linkages.base.errors import AssemblyError, InputError, nearest
 from linkages.base.kernel import Records
-from linkages.input.model.segment_model import HINGE
+from linkages.elements.coordinates import HINGE
 from linkages.results.outputs import elements
-from linkages.results.outputs.bodies import COORDINATES, LINKS, POINTS
+from linkages.results.outputs.bodies import COORDINATES, LINKAGE, POINTS
 from linkages.results.outputs.contacts import PLAY
 from linkages.results.outputs.joints import FORCES
 from linkages.results.outputs.quantity import OUTPUT, READS, Declaration, OutputFormula, Owner
@@ -37,9 +37,9 @@ JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
 #: Where a user finds all outputs.
 LISTED = "`linkages keys` lists all kinds"
 
-_FORCES = (*elements.BETWEEN, *FORCES, *elements.FORCES)
+_FORCES = (*elements.BETWEEN, *FORCES, *elements.EFFORTS, *elements.FORCES)
 #: All kinds of elements with outputs; the first one wins if names are equal.
-OWNERS = (*POINTS, *PLAY, *_FORCES, *elements.CONTACTS, *LINKS, *OWN)
+OWNERS = (*POINTS, *PLAY, *_FORCES, *elements.CONTACTS, *elements.LINKS, *LINKAGE, *OWN)
 
 #: The formulas of all quantities and their numbers, which the records of outputs hold.
 FORMULAS: dict[OutputFormula, int] = {}
@@ -81,7 +81,7 @@ def unit(system: System, name: str) -> str:
     if name.removeprefix(IDEAL).endswith(f".{TURNING}"):
         return "rad/s"
     plain = name.removeprefix(IDEAL).removesuffix(JITTER)
-    if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.flexible:  # of a run with rigid segments
+    if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.deformable:  # of a run with rigid segments
         return "rad"
     owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
     if owner.unit is not None:

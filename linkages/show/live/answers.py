@@ -9,7 +9,7 @@ import re
 import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -17,9 +17,8 @@ from typing import Any
 from linkages.base.errors import ARGUMENT, AssemblyError, InputError, RunError
 from linkages.base.packages import check_installed
 from linkages.base.palette import css, repainted
-from linkages.input.files.versions import versions
 from linkages.show.live.controls import Control, controls, extended
-from linkages.show.live.edits import parts, with_addition, with_model
+from linkages.show.live.edits import parts, with_addition, with_model, without_determined
 from linkages.show.live.exploring import (
     MOST_RUNS,
     Around,
@@ -33,9 +32,11 @@ from linkages.show.live.exploring import (
     usual_spreads,
 )  # fmt: skip
 from linkages.show.live.keeping import code, export, notebook, save, target_of, write
+from linkages.show.live.pinned import checked_runs, pinned_page
 from linkages.show.live.session import Session, checked
+from linkages.show.live.units import SYSTEMS
 from linkages.show.live.watch import OutdatedError, TimeLimitError
-from linkages.show.plots.pages import own_text, script
+from linkages.show.plots.pages import own_text, script, shared_style
 from linkages.system import System
 
 _PAGES = 20  # pages whose last run is kept
@@ -89,6 +90,7 @@ class Answers:
             "sensitivities": partial(self._sensitivities, look),
             "tolerances": partial(self._tolerances, look),
             "notebook": self._notebook,
+            "report": self._report,
             "save": self._save,
             "export": self._export,
         }
@@ -127,9 +129,9 @@ class Answers:
             "file": described.source.name,
             "name": f"{described.stem}_play",
             "folder": str(self.folder.resolve()),
-            "versions": versions(),
-            "controls": [asdict(control) for control in known.values()],
-            "parts": parts(session.system, known),
+            "controls": [control.content() for control in known.values()],
+            "units": SYSTEMS,
+            "parts": parts(session.system),
             "colors": dict(session.system.colors),
         }
 
@@ -141,14 +143,13 @@ class Answers:
             values |= with_addition(system, name, _text(request, "add"))
         else:
             values |= with_model(system, _text(request, "part"), name, _text(request, "model"))
-        if f"sdf.links.{name}.beam.density" in values:  # it determines the mass
-            of_mass = tuple(f"sdf.links.{name}.{key}" for key in ("mass", "inertia", "com."))
-            values = {path: value for path, value in values.items() if not path.startswith(of_mass)}
+        values = without_determined(values, name)
         found, tables = self._known({"values": values}), ("joints", "links", "sdf.joints", "sdf.links")
         own = tuple(f"{table}.{name}." for table in tables)
         new = [one for path, one in found.items() if path.startswith(own)]
-        shown = [replace(one, first=True) if one.value is None and ".beam." in one.path else one for one in new]
-        return {"values": values, "controls": [asdict(one) for one in shown]}
+        sizes = {path for path in values if path.startswith("sdf.links.")}  # of a beam that the link gets
+        shown = [replace(one, first=True) if one.value is None and one.path in sizes else one for one in new]
+        return {"values": values, "controls": [one.content() for one in shown]}
 
     def _move(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
         to, phase = request.get("to"), request.get("phase")
@@ -208,6 +209,12 @@ class Answers:
         write(target, lambda: notebook(text), request.get("replace") is True)
         return {"code": text, "written": str(target), "command": f"jupyter lab {target}"}
 
+    def _report(self, session: Session, request: dict[str, Any]) -> dict[str, Any]:
+        """Return the page of runs that are pinned, with their peaks as the page has them."""
+        runs, values = checked_runs(request.get("runs"), self._values), self._values(request)
+        system, known = session.system.replaced(values), self._known(request)
+        return {"page": pinned_page(system, runs, known, _text(request, "notes"), _text(request, "units"))}
+
     def _known(self, request: dict[str, Any]) -> Mapping[str, Control]:
         return extended(self.controls, self.session.system.replaced(self._values(request)))
 
@@ -261,9 +268,13 @@ def play(system: System, vary: Mapping[str, tuple[float, float]] | None = None, 
 
 #: The modules of the front end, each after its imports; names at their top level are unique.
 MODULES = (
-    "curves.js", "dom.js", "words.js", "layout.js", "machine.js", "controls.js", "numbers.js", "charts.js", "runs.js",
+    "curves.js", "dom.js", "panel.js", "layout.js", "machine.js", "controls.js", "numbers.js", "charts.js", "runs.js",
     "joints.js", "explore.js", "live.js",
 )  # fmt: skip
+
+
+#: Names of the scripts that all pages share.
+_SHARED = ("drawCurves", "legend", "number", "placeShapes", "shapesOf", "svgElement", "valueAt")
 
 
 @cache
@@ -277,10 +288,11 @@ def front_end(name: str) -> str:
         kept = [line for line in lines if not line.startswith(("import {", "export {"))]
         return "\n".join(re.sub("^export (?!default)", "", line) for line in kept)
     if name == "curves.js":
-        return f"{script()}\nexport {{drawCurves, valueAt}};\n"
+        return f"{script()}\nexport {{{', '.join(_SHARED)}}};\n"
     if name == "live.css":
         page = ".linkages-live"
-        return css(page, chosen=True) + repainted(f"{page} .picture ") + "\n" + own_text("linkages.show.live", name)
+        own = own_text("linkages.show.live", name)
+        return css(page, chosen=True) + repainted(f"{page} .picture ") + "\n" + shared_style(page) + own
     return own_text("linkages.show.live", name)
 
 

@@ -8,12 +8,14 @@ viscosity, and the coefficients of contact and friction.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from linkages.base.errors import InputError, nearest
+from linkages.elements.machine import all_elements_of
 from linkages.input.files.toml import leaves
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
+from linkages.show.naming import value_in_words
 from linkages.system import System
 
 _MODELS = ("ideal", "lubricated", "dry", "mixed")
@@ -25,7 +27,8 @@ _SHARES = ("restitution", "coefficient", "static", "film_limit", "share")
 _LENGTH = 0.3  # of a length, or of the machine's size for a length of zero: half the range
 _ANGLE = 0.7854  # half the range of an angle [rad]
 _WIDE = 30.0  # ratio of the ends of a given range from which on a slider is logarithmic
-_OF_BEAM = ("mass", "inertia", "com")  # of a link with a beam they follow from its section
+_SPEEDS = 0.2, 5.0  # range of a drive, over its value: it keeps its sense
+_OUT_OF_PLANE = (".z", ".roll", ".pitch")  # ends of paths that no run notices
 _HIDDEN = ("mechanism", "title", "duration", "report_from", "solver.max_step", "solver.stabilisation")
 
 
@@ -42,6 +45,12 @@ class Control:
     choices: tuple[str, ...] = ()  # values of a choice; empty for a number
     whole: bool = False  # whether the value is a whole number
     first: bool = False  # whether the page shows it at the start
+
+    def content(self) -> dict[str, Any]:
+        """Return it as the page has it: with its name in words, and the text that a search seeks in."""
+        label, length = value_in_words(self.path), self.unit == "m" and ".com." not in self.path
+        sought = f"{self.path} {label} {'length' if length else ''}".lower()
+        return asdict(self) | {"label": label, "sought": sought, "aside": self.path.endswith(_OUT_OF_PLANE)}
 
 
 def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = None) -> dict[str, Control]:
@@ -92,7 +101,7 @@ def _numbers(system: System) -> Iterator[tuple[str, float]]:
         yield "duration", system.settings.duration
     for path, value in system.machine_values.items():
         kind, name, *rest = path.split(".")
-        if kind == "links" and system.links[name].beam and rest[0] in _OF_BEAM:
+        if kind == "links" and rest[0] in system.links[name].determined:
             continue
         yield f"sdf.{path}", float(value)
 
@@ -122,10 +131,8 @@ def _choices(system: System) -> Iterator[tuple[str, str, tuple[str, ...]]]:
 def _usual(system: System) -> Iterator[str]:
     """Paths of the controls that are shown first."""
     experiment = system.experiment
-    for name, drive in experiment.drives.items():
-        for key in ("speed", "torque", "force"):
-            if getattr(drive, key) is not None:
-                yield f"drives.{name}.{key}"
+    for kind, name, keys in all_elements_of(system.parts):
+        yield from (f"{kind.path(name)}.{key}" for key in kind.controls if getattr(keys, key) is not None)
     for name, joint in experiment.joints.items():
         if not joint.has_play:
             continue
@@ -155,6 +162,9 @@ def _range(system: System, path: str, value: float, unit: str) -> tuple[float, f
     if unit == "rad":
         return value - _ANGLE, value + _ANGLE, False
     half = 2.0 * abs(value) or 1.0
+    if key in ("speed", "torque", "force") and value:
+        low, high = sorted(part * value for part in _SPEEDS)
+        return low, high, True
     if key in ("speed", "torque", "force"):
         return -half, half, False
     return min(0.0, value - half), value + half, False

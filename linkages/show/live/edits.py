@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from linkages.base.arrays import Array
-from linkages.base.brief import counted
 from linkages.base.errors import InputError, nearest
+from linkages.elements.element import Modelled
+from linkages.elements.machine import OF_PARTS
 from linkages.input.files.toml import leaves
 from linkages.system import System
 from linkages.system.joints import SystemJoint
 
+_OF_LINKS = [(kind, kind.choice) for kind in OF_PARTS if kind.part == "link" and kind.choice is not None]
 CLEARANCE = 1e-3  # proposed radial clearance, over the diameter of the bearing [1]
 _OIL = {"oil.grade": 46, "oil.temperature": 40.0}
 _MIXED = {"mixed.law": "blend", "mixed.transition": 2e-6}  # roughness of turned surfaces
@@ -25,26 +27,22 @@ _CORNER = {
     "contact.law": "flores", "contact.restitution": 0.6, "contact.stiffness": 1e10,  # of a corner of 5 mm radius
     "friction.law": "coulomb", "friction.coefficient": 0.1, "friction.v_1": 1e-2,
 }  # fmt: skip
-_STEEL_BAR = {"youngs_modulus": 2.1e11, "density": 7850.0}
 _NODES = 24  # of a profile of wear
 _BESIDE = 0.02  # radius of a bearing, over the size of a machine without any
 
 
-def parts(system: System, known: Iterable[str]) -> dict[str, list[dict[str, Any]]]:
-    """Return joints and links with the models that they can have, and the known paths of each link's sizes and mass."""
+def parts(system: System) -> dict[str, list[dict[str, Any]]]:
+    """Return joints and links with the models that they can have."""
     joints = [
         {"name": name, "type": joint.type, "driven": joint.has_drive, "models": models_of(joint)}
         | {"model": joint.model}
         for name, joint in system.joints.items()
     ]
     links = []
-    for link, one in system.links.items():
-        frames = [f"sdf.frames.{name}.pose." for name, frame in system.points.items() if frame.link == link]
-        own = (f"links.{link}.", f"sdf.links.{link}.", *frames)
-        paths = [path for path in known if path.startswith(own)]
-        models = ("rigid", "flexible") if one.beam or len(_pins(system, link)) == 2 else ("rigid",)
-        model = "flexible" if link in system.flexible else "rigid"
-        links.append({"name": link, "model": model, "models": models, "paths": paths})
+    for link in system.links:
+        for kind, choice in _OF_LINKS:
+            model = choice.chosen(system.parts[kind.table].get(link))
+            links.append({"name": link, "model": model, "models": choice.offered(_modelled(system, link))})
     return {"joints": joints, "links": links}
 
 
@@ -63,13 +61,13 @@ def with_model(system: System, part: str, name: str, model: str) -> dict[str, An
     known = parts.get(part, {})
     if name not in known:
         raise InputError("page", f"{part} {name}"[:60], f"is no joint or link; {nearest(name, known)}")
-    able = models_of(known[name]) if part == "joint" else ("rigid", "flexible")
+    if part == "link":
+        return _model_of_link(system, name, model)
+    able = models_of(known[name])
     if model not in able:
         raise InputError("page", f"{part} {name}", f'cannot be "{model}"; one of {", ".join(able) or "no models"}')
     start = f"{part}s.{name}."
-    if part == "link" and model == "flexible" and not system.links[name].beam:
-        return _beam(system, name) | {f"{start}model": model}
-    if part == "link" or model == "ideal":
+    if model == "ideal":
         return {f"{start}model": model}
     given = system.experiment.joints.get(name)
     has = set() if given is None else {key.partition(".")[0] for key, _ in leaves(given.model_dump(exclude_unset=True))}
@@ -85,16 +83,25 @@ def with_model(system: System, part: str, name: str, model: str) -> dict[str, An
     return added | {f"{start}{key}": value for key, value in proposed.items()} | {f"{start}model": model}
 
 
-def _beam(system: System, name: str) -> dict[str, float]:
-    """Return a steel beam of a square section with the link's mass; InputError for a link without two ends."""
-    ends, link = _pins(system, name), system.links[name]
-    if len(ends) != 2:
-        raise InputError("page", f"link {name}", f"has {counted(len(ends), 'pin')}; a beam needs two ends")
-    length = float(np.hypot(*(ends[1] - ends[0])))
-    side = float(f"{np.sqrt(link.mass / (_STEEL_BAR['density'] * length)) if link.mass else length / 40.0:.4g}")
-    return {
-        f"sdf.links.{name}.beam.{key}": value for key, value in {"width": side, "height": side, **_STEEL_BAR}.items()
-    }
+def _model_of_link(system: System, name: str, model: str) -> dict[str, Any]:
+    """Return the values that give a link a model, of all kinds that are models of links."""
+    found: dict[str, Any] = {}
+    for _, choice in _OF_LINKS:
+        try:
+            found |= choice.values(_modelled(system, name), model)
+        except ValueError as problem:
+            raise InputError("page", f"link {name}", str(problem)) from None
+    return found
+
+
+def without_determined(values: dict[str, Any], name: str) -> dict[str, Any]:
+    """Return values by path without those that the others of a link make meaningless."""
+    starts = tuple(start for _, choice in _OF_LINKS for start in choice.determines(name, values))
+    return {path: value for path, value in values.items() if not path.startswith(starts)} if starts else values
+
+
+def _modelled(system: System, name: str) -> Modelled:
+    return Modelled(name, system.links[name], _pins(system, name))
 
 
 def _pins(system: System, link: str) -> list[Array]:

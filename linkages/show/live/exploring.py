@@ -18,17 +18,23 @@ from linkages.base.errors import ARGUMENT, InputError, Status
 from linkages.engines.compiled.batch.batch import Batch, run_batch
 from linkages.engines.compiled.effects import check_varied, near, varied
 from linkages.explore.prediction import STATED, WHY, extent, finer, numbers_of, reaches
+from linkages.results.characteristics import peaks_of_models
 from linkages.results.derivatives import MEANING, OK
 from linkages.results.outputs.registry import default_outputs, unit
 from linkages.show.live.controls import Control
 from linkages.show.live.session import Session
 from linkages.show.live.view import FRAMES
+from linkages.show.naming import output_in_words
 from linkages.show.plots.pages import short
 from linkages.show.plots.presentation import shown
 from linkages.system import System
 
 SPREAD = 1.0 / 300.0  # of a value without another one: deviation over the value; three deviations are 1 %
 MOST_RUNS, _MOST_PATHS = 5000, 40
+_WHY = (
+    "-: no statement about 1 % is possible. The row tells up to which change of the value the derivative predicts the"
+    " peak, or why there is none: {}."
+)
 _QUANTILES = 5.0, 50.0, 95.0  # [%]
 _SAMPLES, _MOST_SAMPLES = 2401, 20_000_000  # of a curve of a band, of all curves of all runs
 
@@ -69,9 +75,9 @@ class Around:
 
 
 def outputs_of(system: System) -> list[str]:
-    """Name the outputs whose peaks are explored: the usual ones, stress and deflection of flexible links."""
-    bending = (f"{name}.{key}" for name in system.flexible for key in ("stress", "deflection"))
-    return [*dict.fromkeys((*default_outputs(system), *bending))]
+    """Name the outputs whose peaks are explored: the usual ones, and those of models of links."""
+    of_links = (column for _, own in peaks_of_models(system, "link") for column in own)
+    return [*dict.fromkeys((*default_outputs(system), *of_links))]
 
 
 def sweep(around: Around, control: Control, request: Mapping[str, Any], progress: Callable[[float], None]) -> Any:
@@ -80,13 +86,12 @@ def sweep(around: Around, control: Control, request: Mapping[str, Any], progress
     if not all(map(is_number, (low, high, count))) or not low < high or not 2 <= count <= MOST_RUNS:
         raise InputError("page", control.path, f"a sweep needs low < high, and a count from 2 to {MOST_RUNS}")
     check_varied(around.system, control.path, [low, high], ARGUMENT, outputs_of(around.system))
-    space = np.geomspace if control.logarithmic and low > 0.0 else np.linspace
+    space = np.geomspace if control.logarithmic and low * high > 0.0 else np.linspace
     values = space(low, high, int(count))
     values = np.unique(values.round()) if control.whole else values
     batch = around.batch([control.path], values[:, None], progress)
-    return {"path": control.path, "values": values.tolist(), "peaks": _by_output(batch, batch.peak[:, 0])} | {
-        "units": {name: unit(around.system, name) for name in batch.outputs}, "reasons": batch.reason,
-    }  # fmt: skip
+    found = {"path": control.path, "values": values.tolist(), "peaks": _by_output(batch, batch.peak[:, 0])}
+    return found | _described(around, batch) | {"reasons": batch.reason}
 
 
 def sensitivities(around: Around, paths: Sequence[str], progress: Callable[[float], None]) -> dict[str, Any]:
@@ -115,11 +120,7 @@ def sensitivities(around: Around, paths: Sequence[str], progress: Callable[[floa
             name: _unstated(one, batch.sensitivity_status[0]) for name, one in zip(batch.outputs, reached, strict=True)
         }
         found["reasons"][path] = {name: text for name, text in why.items() if found["changes"][path][name] is None}
-    return found | {
-        "why": WHY,
-        "without": without,
-        "units": {name: unit(around.system, name) for name in batch.outputs},
-    }
+    return found | _described(around, batch) | {"why": _WHY.format(WHY), "without": without}
 
 
 def _reach(
@@ -176,7 +177,7 @@ def tolerances(
         "failed": int((~good).sum()),
         "spreads": dict(spreads),
         "without": without,
-    }
+    } | _described(around, batch)
 
 
 def _samples(curves: int) -> int:
@@ -213,6 +214,14 @@ def checked_paths(given: Any, controls: Mapping[str, Control]) -> list[str]:
         if not isinstance(path, str) or path not in controls or controls[path].choices or controls[path].whole:
             raise InputError("page", str(path)[:100], "is not the path of a number that can be varied")
     return given
+
+
+def _described(around: Around, batch: Batch) -> dict[str, dict[str, str]]:
+    """Return units and names in words of the outputs of a batch."""
+    return {
+        "units": {name: unit(around.system, name) for name in batch.outputs},
+        "labels": {name: output_in_words(name) for name in batch.outputs},
+    }
 
 
 def _by_output(batch: Batch, table: Array) -> dict[str, list[float | None]]:

@@ -1,49 +1,48 @@
-// All runs since the page was opened: a table that can be sorted and written as CSV; a row goes back to its values.
+// All runs since the page was opened: what was changed for each, and a table that can be sorted and written as CSV.
 
-import {button, download, g, make} from "./dom.js";
-import {labelOfOutput, labelOfPath, unitOf} from "./words.js";
+import {number} from "./curves.js";
+import {button, download, make, scaled, table} from "./dom.js";
 
 export function runs(page) {
-  const {root, at, state} = page, list = []; // {number, values, table}
-  let order = {column: "run", down: false};
+  const {root, at, state} = page, list = []; // {number, change, values, table}
+  let order = {key: "run", down: false};
   const shower = button("runs", show, "all runs since the page was opened");
   at(".buttons").append(shower);
 
   root.addEventListener("rested", () => {
-    const {view} = state, values = {...state.values, ...view.numbers};
-    if (!view.settled || !view.table?.length || JSON.stringify(values) === JSON.stringify(list.at(-1)?.values)) return;
-    list.push({number: list.length + 1, values, table: view.table});
+    const {view} = state, values = {...state.values, ...view.numbers}, before = list.at(-1)?.values ?? values;
+    if (!view.settled || !view.table?.length || (list.length && JSON.stringify(values) === JSON.stringify(before))) return;
+    const changed = [...new Set([...Object.keys(before), ...Object.keys(values)])].filter((path) => before[path] !== values[path]);
+    const change = changed.map((path) => `${page.labelOf(path)} ${page.inWords(path, values[path] ?? state.controls.get(path)?.value)}`).join(", ");
+    list.push({number: list.length + 1, change, values, table: view.table});
     shower.textContent = `runs (${list.length})`;
   });
-  function table() { // heads and rows of numbers in the shown units
-    const paths = [...new Set(list.flatMap(({values}) => Object.keys(values)))], outputs = new Map(list.flatMap((run) => run.table.map(({name, unit}) => [name, unit])));
-    const heads = [["run", "run", "", 1],
-      ...paths.map((path) => [path, labelOfPath(path), ...unitOf(state.controls.get(path)?.unit ?? "", state.units)]),
-      ...[...outputs].map(([name, unit]) => [name, labelOfOutput(name), ...unitOf(unit, state.units)])];
-    const rows = list.map((run) => {
-      const known = {run: run.number, ...Object.fromEntries(paths.map((path) => [path, run.values[path] ?? state.controls.get(path)?.value ?? null])),
-        ...Object.fromEntries(run.table.map(({name, value}) => [name, value]))};
-      return {run, cells: heads.map(([key, , , factor]) => (typeof known[key] === "number" ? factor * known[key] : known[key] ?? ""))};
-    });
-    return {heads, rows};
+  function columns() { // key, label, unit, and the numbers of all runs in the shown units
+    const paths = [...new Set(list.flatMap(({values}) => Object.keys(values)))], peaks = new Map(list.flatMap((run) => run.table.map((row) => [row.name, row])));
+    const inUnit = (key, label, si, of) => {
+      const [unit, factor] = page.unitOf(si);
+      return {key, label, unit, of: (run) => { const value = of(run); return typeof value === "number" ? scaled(factor, value) : value ?? ""; }};
+    };
+    return [inUnit("run", "run", "", (run) => run.number), inUnit("change", "what was changed", "", ({change}) => change),
+      ...paths.map((path) => [path, state.controls.get(path)]).map(([path, control]) =>
+        inUnit(path, page.labelOf(path), control?.unit ?? "", ({values}) => values[path] ?? control?.value)),
+      ...[...peaks.values()].map(({name, label, unit}) => inUnit(name, label, unit, (run) => run.table.find((row) => row.name === name)?.value))];
   }
   function show() {
-    const {heads, rows} = table(), column = Math.max(heads.findIndex(([key]) => key === order.column), 0);
-    rows.sort((a, b) => (order.down ? -1 : 1) * (a.cells[column] > b.cells[column] ? 1 : a.cells[column] < b.cells[column] ? -1 : 0));
-    const text = (cell) => (typeof cell === "number" ? g(cell) : cell);
-    const dialog = at("dialog.runs");
-    dialog.replaceChildren(
-      make("div", {class: "head"}, make("h2", {}, "Runs"), button("CSV", write, "write all runs as CSV"), button("close", () => dialog.close(), "Escape")),
-      make("div", {class: "scrolled"}, make("table", {},
-        make("thead", {}, make("tr", {}, ...heads.map(([key, label, unit]) => make("th", {scope: "col", "aria-sort": key !== order.column ? "none" : order.down ? "descending" : "ascending"},
-          button(unit ? `${label} [${unit}]` : label, () => { order = {column: key, down: key === order.column && !order.down}; show(); }, key))))),
-        make("tbody", {}, ...rows.map(({run, cells}) => make("tr", {},
-          make("td", {}, button(`${cells[0]}`, () => { dialog.close(); page.apply(run.values); }, `go back to run ${run.number}`)), ...cells.slice(1).map((cell) => make("td", {}, text(cell)))))))));
-    if (!dialog.open) dialog.showModal();
+    const all = columns(), {of} = all.find(({key}) => key === order.key) ?? all[0], sense = order.down ? -1 : 1;
+    const sorted = [...list].sort((a, b) => sense * (of(a) > of(b) ? 1 : of(a) < of(b) ? -1 : 0));
+    const heads = all.map(({key, label, unit}) => {
+      const sort = button(unit ? `${label} [${unit}]` : label, () => { order = {key, down: key === order.key && !order.down}; show(); }, key);
+      return make("th", {scope: "col", "aria-sort": key !== order.key ? "none" : order.down ? "descending" : "ascending"}, sort);
+    });
+    const rows = sorted.map((run) => [button(`${run.number}`, () => page.apply(run.values), `go back to run ${run.number}`),
+      ...all.slice(1).map((column) => column.of(run)).map((cell) => (typeof cell === "number" ? number(cell, 5) : cell))]);
+    page.open("Runs", [make("div", {class: "scroll", tabindex: 0, role: "region", "aria-label": "table of runs"}, table(heads, rows, {class: "runs"}))],
+      button("CSV", () => write(all), "write all runs as CSV"));
   }
-  function write() {
-    const {heads, rows} = table(), quoted = (cell) => `"${String(cell).replaceAll('"', '""')}"`;
-    const lines = [heads.map(([key, , unit]) => quoted(unit ? `${key} [${unit}]` : key)), ...rows.map(({cells}) => cells.map((cell) => (typeof cell === "number" ? cell : quoted(cell))))];
+  function write(all) {
+    const cell = (value) => (typeof value === "number" ? value : `"${String(value).replaceAll('"', '""')}"`);
+    const lines = [all.map(({key, unit}) => cell(unit ? `${key} [${unit}]` : key)), ...list.map((run) => all.map(({of}) => cell(of(run))))];
     download(`${state.start.name}_runs.csv`, lines.map((line) => line.join(",")).join("\r\n"), "text/csv");
   }
 }

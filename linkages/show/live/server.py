@@ -9,7 +9,7 @@ The page sends ``POST KIND`` with a JSON table, and gets one:
 
 | kind          | request                        | reply                                                               |
 |---------------|--------------------------------|---------------------------------------------------------------------|
-| start         | values                         | `title`, `file`, `name`, `folder`, `versions`, `controls`, `parts`  |
+| start         | values                         | `title`, `file`, `name`, `folder`, `units`, `controls`, `parts`     |
 | run           | values, restart, refine        | the view, see below                                                 |
 | picture       | values                         | `svg`, its place, `joints`, `bodies`, `poses`                       |
 | numbers       |                                | `motion` (lines) and `table` of the run that was shown last         |
@@ -21,6 +21,7 @@ The page sends ``POST KIND`` with a JSON table, and gets one:
 | sensitivities | values, paths                  | `peaks` by output; `changes` [1] by path and output, see below      |
 | tolerances    | values, spreads, runs          | `time`, `bands` and `peaks` by output, see below                    |
 | notebook      | values, name, replace          | `code`; the notebook that was `written`, if there is a name         |
+| report        | values, runs, notes, units     | `page`: a page of pinned runs (`name`, `values`, `peaks` by output) |
 | save          | values, name, replace          | `written`, and the `command` that runs the file                     |
 | export        | values, name, replace          | the folder that was written by ``linkages simulate``, its `command` |
 | status        |                                | `said`: the present stage                                           |
@@ -34,7 +35,7 @@ The page sends ``POST KIND`` with a JSON table, and gets one:
   is of a key that the file does not have: it is shown while `values` have its path. ``start`` with the values of a link
   has the controls for them.
 - `parts` are `joints` (`name`, `type`, `driven`, `model`, `models` that an edit can choose) and `links` (`name`,
-  `models`, `paths`: the controls of its mass, inertia and lengths).
+  `model`, `models`); `units` are systems of units, see `linkages.show.live.units`.
 - A view has `status`, `remedy`, `periodic`, `settled`, `from`, `to`, `time`, `curves`, `orbits`, `poses`, `numbers`,
   `ran`, `picture`, `took`. A run that takes longer than 0.5 s is repeated coarsely: `coarse` is true, and the page asks
   again with `refine` for the run in full, unless its values have changed. A design that locks is not run: its `status`

@@ -21,6 +21,7 @@ from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError, InputError, RunError, Status
 from linkages.elements.analysis import Analysis
 from linkages.engines.assessment import ideal, simulate
+from linkages.input.files.xml import ANNOTATIONS
 from linkages.results.assessment import Assessment
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.trajectory import Trajectory
@@ -354,10 +355,9 @@ def checked(values: Any, known: Mapping[str, Any], system: System | None = None)
 def _of_part(path: str, system: System) -> bool:
     """Whether a path is of a key that a joint or a link can have, but the name of a file."""
     table, name, key = [*path.removeprefix("sdf.").split("."), "", ""][:3]
-    if path.startswith("sdf."):
-        beam = table == "links" and name in system.links and key == "beam"
-        return beam or (table == "joints" and name in system.joints and key in ("bearing", "slot"))
     parts: dict[str, Mapping[str, Any]] = {"joints": system.joints, "links": system.links}
+    if path.startswith("sdf."):
+        return name in parts.get(table, {}) and key in ANNOTATIONS[table]
     return name in parts.get(table, {}) and key not in ("", "worn")
 
 

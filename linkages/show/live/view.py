@@ -22,6 +22,7 @@ from linkages.results.extremes import extremes, peaks
 from linkages.results.outputs.registry import names, unit
 from linkages.results.shape import peaks_by_key
 from linkages.results.trajectory import Trajectory
+from linkages.show.naming import output_in_words
 from linkages.show.plots.drawing.drawing import Drawing
 from linkages.show.plots.pages import columns, curves, short
 from linkages.show.report.words import motion_lines
@@ -104,7 +105,8 @@ def _table(assessment: Assessment, peaks: dict[str, Any], exact: Trajectory | No
     spreads = _spreads(assessment, [name for name, value in shown.items() if value is not None])
     none = {"least": None, "most": None}
     return [
-        {"name": name, "unit": unit(system, name), "value": value, "ideal": perfect.get(f"{name}.peak")}
+        {"name": name, "label": output_in_words(name), "unit": unit(system, name)}
+        | {"value": value, "ideal": perfect.get(f"{name}.peak")}
         | spreads.get(name, none)
         for name, value in shown.items()
     ]

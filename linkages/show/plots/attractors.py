@@ -11,10 +11,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from linkages.base.arrays import Array
+from linkages.base.errors import listed
+from linkages.base.palette import EDGE, INK, SOFT
 from linkages.explore.periodic.multipliers import BRANCH_POINT, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
 from linkages.input.model.skeleton import colors_of
-from linkages.show.plots.shown import new_figure
+from linkages.show.plots.names import name_of_output, name_of_value
+from linkages.show.plots.panels import legend_below, make_panels, say
+from linkages.show.plots.quantities import number
 from linkages.show.plots.style import COLORS, axis_label, color_for, engineering, figure_style, typeset
+from linkages.show.plots.swept import extremes
 
 if TYPE_CHECKING:
     from linkages.explore.lyapunov import Exponent
@@ -44,10 +49,10 @@ def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[st
     largest = (float(np.abs(section[name]).max(initial=0.0)) for name in (x, y))
     (unit_x, factor_x), (unit_y, factor_y) = map(engineering, units, largest)
     with figure_style():
-        figure, axis = new_figure(4.2, width=4.6)
+        figure, (axis,) = make_panels(1, 4.2)
         _draw_points(axis, factor_x * section[x], factor_y * section[y])
-        axis.set(xlabel=axis_label(x, unit_x), ylabel=axis_label(y, unit_y))
-        axis.set_title(f"Poincaré section: {len(section[x])} points", loc="left", fontsize="medium")
+        axis.set(xlabel=axis_label(name_of_output(x), unit_x), ylabel=axis_label(name_of_output(y), unit_y))
+        say(figure, f"Poincaré section: {len(section[x])} points")
         return figure
 
 
@@ -82,20 +87,20 @@ def bifurcation_figure(
     colors = None if mechanism is None else colors_of(mechanism)
     rows = panels or [(name, kind) for name in sweep.names for kind in ("strobe", "peaks")]
     with figure_style():
-        figure, axes = new_figure(0.7 + 2.5 * len(rows), len(rows), 1, sharex=True, squeeze=False)
-        axes = axes[:, 0]
+        figure, axes = make_panels(len(rows), 2.3, 1, sharex=True)
         for axis, (name, kind) in zip(axes, rows, strict=True):
             x, y = _swept(sweep, name, kind)
             unit, factor = engineering(units[name], float(np.abs(y).max(initial=0.0)))
             _draw_points(axis, scale * x, factor * y, color_for(colors, name))
             what = "at the end of each revolution" if kind == "strobe" else "peak of each revolution"
-            axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
+            axis.set_ylabel(f"{axis_label(name_of_output(name), unit)}\n{what}")
             if kind == "peaks" and name in logarithmic:
                 axis.set_yscale("log")
             else:
                 axis.ticklabel_format(axis="y", useOffset=False)
-        axes[-1].set_xlabel(label or sweep.path)
+        axes[-1].set_xlabel(label or axis_label(name_of_value(sweep.path), typeset(sweep.unit)))
         figure.align_ylabels(axes)
+        say(figure, *extremes(sweep, units))
         return figure
 
 
@@ -108,7 +113,7 @@ def exponent_figure(exponents: Mapping[str, Exponent]) -> Figure:
         From `linkages.largest_exponent`, by label.
     """
     with figure_style():
-        figure, axis = new_figure(3.2)
+        figure, (axis,) = make_panels(1, 3.0)
         for k, (label, exponent) in enumerate(exponents.items()):
             turns = np.arange(1, len(exponent.growth) + 1)
             color = COLORS[k % len(COLORS)]
@@ -118,9 +123,11 @@ def exponent_figure(exponents: Mapping[str, Exponent]) -> Figure:
                 turns[-1] * 1.01, value, error, color=color, capsize=3.0, fmt="o", ms=3.0,
                 label=f"{label}: {value:.2f} ± {error:.2f}",
             )  # fmt: skip
-        axis.axhline(0.0, color="0.3", lw=0.8)
+        axis.axhline(0.0, color=SOFT, lw=0.8)
         axis.set(xlabel="revolutions", ylabel="largest Lyapunov exponent\n[1/revolution]")
-        axis.legend(loc="best")
+        chaotic = [label for label, one in exponents.items() if one.per_revolution > 2.0 * one.error * one.period]
+        say(figure, f"Neighbouring motions part: {listed(chaotic)}" if chaotic else "Neighbouring motions do not part")
+        legend_below(figure)
         return figure
 
 
@@ -137,16 +144,24 @@ def spectrum_figure(spectra: Mapping[str, Spectrum], unit: str, drive: float | N
         Frequency of the drive, marked with a line [Hz].
     """
     with figure_style():
-        figure, axis = new_figure(3.4)
+        figure, (axis,) = make_panels(1, 3.2)
         for k, (label, found) in enumerate(spectra.items()):  # without the zero frequency, as the mean was removed
             color = COLORS[k % len(COLORS)]
             axis.loglog(found.frequency[1:], found.density[1:], color=color, lw=0.8, label=label)
         if drive is not None:
-            axis.axvline(drive, color="0.3", lw=0.8, ls="--", label=f"drive, {drive:.4g} Hz")
+            axis.axvline(drive, color=SOFT, lw=0.8, ls="--", label=f"drive, {drive:.4g} Hz")
         name = next(iter(spectra.values())).name
-        axis.set(xlabel="frequency [Hz]", ylabel=f"{name}: power spectral density\n[({typeset(unit)})²/Hz]")
-        axis.legend(loc="best")
+        axis.set(
+            xlabel="frequency [Hz]", ylabel=f"{name_of_output(name)}:\npower spectral density [({typeset(unit)})²/Hz]"
+        )
+        legend_below(figure)
         return figure
+
+
+def _loudest(spectra: Mapping[str, Spectrum]) -> list[str]:
+    """Tell at which frequency each spectrum is largest."""
+    tops = {label: one.frequency[1:][np.argmax(one.density[1:])] for label, one in spectra.items()}
+    return [f"Most power at {', '.join(f'{number(float(at), 3)} Hz ({label})' for label, at in tops.items())}"]
 
 
 def _draw_points(axis: Axes, x: Sequence[float] | Array, y: Sequence[float] | Array, color: str = COLORS[0]) -> None:
@@ -165,22 +180,28 @@ def branches_figure(
     rows = [(name, kind) for name in found.outputs for kind in ("strobe", "peaks")]
     motions = [motion for branch in found.branches for motion in branch.motions]
     with figure_style():
-        figure, axes = new_figure(0.9 + 2.5 * len(rows), len(rows), 1, sharex=True, squeeze=False)
-        axes = axes[:, 0]
+        figure, axes = make_panels(len(rows), 2.3, 1, sharex=True)
         for axis, (name, kind) in zip(axes, rows, strict=True):
             values = [motion.outputs.values(name, kind) for motion in motions if motion.outputs is not None]
             unit, factor = engineering(units[name], max(float(np.abs(part).max()) for part in values))
             if sweep is not None:
                 x, y = _swept(sweep, name, kind)
-                axis.plot(scale * x, factor * y, ".", color="0.6", ms=3, zorder=1, label="sweep")
+                axis.plot(scale * x, factor * y, ".", color=EDGE, ms=3, zorder=1, label="sweep")
             for k, branch in enumerate(found.branches):
                 _draw_branch(axis, branch, name, kind, scale, factor, COLORS[k % len(COLORS)])
             what = "at the end of a period" if kind == "strobe" else "peak in a period"
-            axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
-        axes[-1].set_xlabel(label or found.path)
-        handles = dict(zip(*axes[0].get_legend_handles_labels()[::-1], strict=True))
-        figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=3, fontsize="small")
+            axis.set_ylabel(f"{axis_label(name_of_output(name), unit)}\n{what}")
+        axes[-1].set_xlabel(label or name_of_value(found.path))
+        say(figure, *_events(found))
+        legend_below(figure, axes[:1])
         return figure
+
+
+def _events(found: Branches) -> list[str]:
+    """Tell the bifurcations of all branches."""
+    kinds = [event.kind for branch in found.branches for event in branch.events]
+    told = [f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds)]
+    return [f"Bifurcations of the periodic motion: {', '.join(told) or 'none'}"]
 
 
 def _swept(sweep: Sweep, name: str, kind: str) -> tuple[Array, Array]:
@@ -207,7 +228,7 @@ def _draw_branch(axis: Axes, branch: Branch, name: str, kind: str, scale: float,
             continue
         at = factor * event.motion.outputs.values(name, kind)
         place = np.full(len(at), scale * (event.motion.value or 0.0))
-        axis.plot(place, at, _MARKS[event.kind], color="black", ms=5, mfc="none", zorder=3, ls="", label=event.kind)
+        axis.plot(place, at, _MARKS[event.kind], color=INK, ms=5, mfc="none", zorder=3, ls="", label=event.kind)
 
 
 def _with_events(branch: Branch) -> list[PeriodicMotion]:

@@ -1,35 +1,27 @@
-"""Figures of bearings: the usual chart and the pressure of a film; profiles, clearance and peaks over wear."""
+"""Figures of bearings: the usual chart and the pressure of a film."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse, Rectangle
+from matplotlib.patheffects import withStroke
+from scipy.interpolate import PchipInterpolator
 
 from linkages.base.arrays import Array
-from linkages.base.palette import INK
-from linkages.input.files.magnitudes import rounded
-from linkages.input.files.writing import file_name
-from linkages.show.plots.pages import embedded, filled, own_text
-from linkages.show.plots.shown import new_figure
-from linkages.show.plots.style import (
-    COLORS,
-    LEGEND,
-    axis_label,
-    engineering,
-    figure_style,
-    stacked_axes,
-    typeset,
-    write_figure,
-)
+from linkages.base.palette import INK, PAPER, SCALE, SOFT
+from linkages.show.plots.panels import legend_below, make_panels, say
+from linkages.show.plots.quantities import number, quantity
+from linkages.show.plots.style import COLORS, axis_label, engineering, figure_style, small_text
 
 if TYPE_CHECKING:
     from linkages.explore.bearing import BearingPoint
+
+_FINE = 200  # points of a smooth curve
 
 
 def chart_figure(point: BearingPoint, chart: Mapping[str, Array]) -> Figure:
@@ -37,21 +29,46 @@ def chart_figure(point: BearingPoint, chart: Mapping[str, Array]) -> Figure:
     content, case = point.content, point.case
     load = case.load * case.clearance
     flow = content["flow"] / (case.clearance * case.radius**2 * case.speed)
-    panels = [
+    quantities = [
         ("eccentricity ratio [-]", chart["eccentricity_ratio"], point.eccentricity_ratio),
         ("attitude [deg]", np.degrees(chart["attitude"]), np.degrees(point.attitude)),
         ("torque/(W c) [-]", chart["friction"], content["friction_torque"] / load),
         ("end flow/(c R² ω) [-]", chart["flow"], flow),
     ]
     with figure_style():
-        figure, axes = new_figure(5.2, 2, 2, width=7.2)
-        for axis, (label, curve, mark), color in zip(axes.flat, panels, COLORS, strict=False):
-            axis.semilogx(chart["sommerfeld"], curve, color=color)
-            axis.plot(point.sommerfeld, mark, "o", color="k", ms=5, label="operating point")
+        figure, axes = make_panels(len(quantities), 2.3)
+        for axis, (label, values, mark) in zip(axes, quantities, strict=True):
+            axis.set_xscale("log")
+            axis.set_yscale("log" if "torque" in label else "linear")
+            axis.plot(*_smooth(chart["sommerfeld"], values), color=COLORS[0])
+            axis.plot(chart["sommerfeld"], values, ".", color=COLORS[0], ms=3)
+            _guide(axis, point.sommerfeld, mark)
             axis.set(xlabel="Sommerfeld number μ N D L/W (R/c)² [-]", ylabel=label)
-        axes[0, 0].legend(fontsize="small")
-        axes[1, 0].set_yscale("log")
+        say(figure, settled(content))
         return figure
+
+
+def settled(content: Mapping[str, Any]) -> str:
+    """Tell where a journal settles and how much oil remains, from the content of ``bearing.json``."""
+    ratio, film = number(content["eccentricity_ratio"], 3), quantity(content["least_film"], "m")
+    return f"The journal settles at {ratio} of the clearance from the centre; {film} of oil remain"
+
+
+def _smooth(x: Array, y: Array) -> tuple[Array, Array]:
+    """Return a smooth monotone curve through computed points over the logarithm of x."""
+    order = np.argsort(x)
+    curve = PchipInterpolator(np.log(x[order]), y[order])
+    fine = np.linspace(np.log(x.min()), np.log(x.max()), _FINE)
+    return np.exp(fine), curve(fine)
+
+
+def _guide(axis: Axes, x: float, y: float) -> None:
+    """Mark the operating point, with lines to both axes and its value."""
+    (left, _), (low, _) = axis.get_xlim(), axis.get_ylim()
+    axis.plot([left, x, x], [y, y, low], color=SOFT, lw=0.8, ls="--", zorder=1)
+    axis.plot(x, y, "o", color=INK, ms=5, zorder=3)
+    axis.set(xlim=(left, None), ylim=(low, None))
+    axis.annotate(number(y, 3), (left, y), (3.0, 2.0), textcoords="offset points", color=INK, fontsize=small_text())
 
 
 def pressure_figure(point: BearingPoint) -> Figure:
@@ -71,131 +88,29 @@ def pressure_figure(point: BearingPoint) -> Figure:
     unit, factor = engineering("Pa", float(np.abs(pressure).max()))
     length, long = engineering("m", 0.5 * case.length)
     with figure_style():
-        figure, axis = new_figure(3.4, width=7.2)
+        figure, (axis,) = make_panels(1, 2.9)
         axis.grid(False)
-        shades = axis.contourf(np.degrees(theta), long * z * middles, factor * pressure.T, 24, cmap="viridis")
+        shades = axis.contourf(np.degrees(theta), long * z * middles, factor * pressure.T, 24, cmap=SCALE)
         figure.colorbar(shades, ax=axis, label=axis_label("pressure", unit))
+        marks = {"hatched: the gap is not full": content.min() < 1.0, "outlined: groove": len(case.grooves) > 0}
+        most = quantity(point.content["largest_pressure"], "Pa")
+        say(figure, "; ".join([f"Largest pressure: {most}", *(mark for mark, drawn in marks.items() if drawn)]))
         if content.min() < 1.0:
             axis.contourf(
-                np.degrees(theta), long * z * middles, content.T, [-1.0, 1.0 - 1e-9], colors="w", alpha=0.35,
+                np.degrees(theta), long * z * middles, content.T, [-1.0, 1.0 - 1e-9], colors=PAPER, alpha=0.35,
                 hatches=["///"],
             )  # fmt: skip
+        halo = withStroke(linewidth=3.0, foreground=PAPER)
         for groove in case.grooves:
             for turn in (-2.0 * np.pi, 0.0, 2.0 * np.pi):
                 middle = np.array([np.degrees(groove.angle + turn), groove.position * long * case.length])
                 size = np.array([np.degrees(groove.extent), groove.length * long * case.length])
-                look: dict[str, Any] = {"fill": False, "ec": "r", "lw": 1.4}
+                edge: dict[str, Any] = {"fill": False, "ec": INK, "lw": 1.4, "path_effects": [halo]}
                 corner = tuple(middle - 0.5 * size)
-                outline = Ellipse(tuple(middle), *size, **look) if groove.hole else Rectangle(corner, *size, **look)
+                outline = Ellipse(tuple(middle), *size, **edge) if groove.hole else Rectangle(corner, *size, **edge)
                 axis.add_patch(outline)
-        axis.plot(np.degrees(point.attitude), 0.0, "v", color=INK, label="least film")
+        axis.plot(np.degrees(point.attitude), 0.0, "v", color=INK, mec=PAPER, ms=8, label="least film")
         axis.set(xlim=(-180.0, 180.0), xticks=np.arange(-180, 181, 60))
         axis.set(xlabel="angle from the load, in the sense of rotation [deg]", ylabel=axis_label("z", length))
-        parts = {"hatched: cavity": content.min() < 1.0, "red: groove": len(case.grooves) > 0}
-        axis.set_title("; ".join(text for text, drawn in parts.items() if drawn), loc="left", fontsize="small")
-        axis.legend(fontsize="small", loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+        legend_below(figure)
         return figure
-
-
-SIDES = ("bearing", "journal")
-_MOST = 8  # most profiles in one drawing
-_RING = 3.0  # radius of the drawn circle over the largest depth
-
-
-def write_wear_figures(found: Mapping[str, Any], folder: Path) -> None:
-    """Write the figure ``wear_JOINT`` of each joint and ``wear_history`` from the content of ``wear.json``."""
-    for name in found["joints"]:
-        write_figure(profile_figure(found, name), folder / f"wear_{file_name(name)}")
-    write_figure(history_figure(found), folder / "wear_history")
-
-
-def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:
-    """Draw the profiles of a joint's parts over the service life: polar with enlarged depths, and unrolled."""
-    sides = [side for side in SIDES if side in found["joints"][joint]]
-    with figure_style():
-        figure = Figure(figsize=(6.6, 3.1 * len(sides)), layout="constrained")
-        for k, side in enumerate(sides):
-            ring = figure.add_subplot(len(sides), 2, 2 * k + 1, projection="polar")
-            flat = figure.add_subplot(len(sides), 2, 2 * k + 2)
-            deepest = max(1e6 * found["joints"][joint][side]["depth"], 1e-9)
-            turn = np.linspace(0.0, 2.0 * np.pi, 361)
-            ring.plot(turn, np.full(361, _RING * deepest), color="0.4", lw=0.8, ls=":")
-            sign = 1.0 if side == "bearing" else -1.0
-            for cycles, shade, profile in _profiles(found, joint, side):
-                closed = np.vstack([profile, profile[:1]])
-                ring.plot(closed[:, 0], _RING * deepest + sign * 1e6 * closed[:, 1], color=shade, lw=1.1)
-                angle = np.degrees((profile[:, 0] + np.pi) % (2.0 * np.pi) - np.pi)
-                order = np.argsort(angle)
-                flat.plot(angle[order], 1e6 * profile[order, 1], color=shade, lw=1.1, label=f"{cycles:,}")
-            ring.set(yticklabels=[], ylim=(0.0, (_RING + 1.15) * deepest))
-            times = rounded(1e6 * found["joints"][joint]["radius"] / (_RING * deepest))
-            ring.set_title(f"joint {joint}: {side}, wear enlarged {times} times", fontsize="medium")
-            flat.set(xlim=(-180, 180), xticks=range(-180, 181, 90), ylim=(0.0, None))
-            flat.set(xlabel=f"angle on the {side} [deg]", ylabel="depth [µm]")
-            flat.legend(
-                title="cycles", fontsize="small", title_fontsize="small", **LEGEND | {"ncols": 3}
-            )  # above the curves
-        return figure
-
-
-def history_figure(found: Mapping[str, Any]) -> Figure:
-    """Draw worn volume, depth and clearance over the cycles, and below the peaks of forces, torques and jitter.
-
-    Peaks are relative to the initial peaks, whose values are in the legend.
-    """
-    blocks = found["blocks"]
-    cycles = np.array([block["cycles"] for block in blocks])
-    middle = np.array([block["middle"] for block in blocks])
-    with figure_style():
-        figure = Figure(figsize=(6.3, 7.0))
-        volume, length, peaks = stacked_axes(figure, (1.0, 1.0, 1.0))
-        for k, name in enumerate(found["joints"]):
-            line = [block["joints"][name] for block in blocks]
-            color = COLORS[k % len(COLORS)]
-            volume.plot(cycles, [1e9 * at["volume"] for at in line], "o-", ms=3, color=color, label=f"joint {name}")
-            length.plot(cycles, [1e6 * at["depth"] for at in line], "o-", ms=3, color=color, label=f"{name}: depth")
-            growth = [1e6 * (at["play"] - at["clearance"]) for at in line]
-            length.plot(cycles, growth, "s--", ms=3, color=color, label=f"{name}: growth of the mean clearance")
-        volume.set(ylabel="worn volume [mm³]")
-        length.set(ylabel="length [µm]")
-        units = found.get("units", {})
-        shown = {name: value for name, value in blocks[0]["peaks"].items() if value > 0.0}
-        for k, (name, first) in enumerate(shown.items()):
-            values = np.array([block["peaks"][name] for block in blocks]) / first
-            unit = f" {typeset(units[name])}" if name in units else ""
-            style = {"ms": 3, "lw": 0.9, "color": COLORS[k % len(COLORS)]}
-            peaks.plot(middle, values, "o-", label=f"{name} ({first:.3g}{unit})", **style)
-        peaks.set(ylabel="mean peak of a cycle over\nthe initial one [1]", xlabel="cycles")
-        for axis in (volume, length, peaks):
-            axis.legend(fontsize="small")
-        figure.align_ylabels()
-        return figure
-
-
-def _profiles(found: Mapping[str, Any], joint: str, side: str) -> Iterator[tuple[int, Any, Array]]:
-    """Yield cycles, shade (darker with time) and profile (n, 2) of some stages including the last."""
-    blocks = [block for block in found["blocks"] if side in block["joints"][joint]]
-    chosen = sorted({round(k) for k in np.linspace(0, len(blocks) - 1, min(_MOST, len(blocks)))})
-    shades = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(chosen)))
-    for k, shade in zip(chosen, shades, strict=True):
-        yield blocks[k]["cycles"], shade, np.array(blocks[k]["joints"][joint][side]["profile"])
-
-
-def write_wear_animation(found: Mapping[str, Any], path: Path) -> None:
-    """Write a page with the growing profiles of all joints, from the content of ``wear.json``."""
-    joints = {}
-    for name, joint in found["joints"].items():
-        nodes = len(joint["profile"])
-        stages = [{side: _depths(block["joints"][name], side, nodes) for side in SIDES} for block in found["blocks"]]
-        joints[name] = {key: joint[key] for key in ("depth", "clearance", "radius")} | {"stages": stages}
-    life = {"cycles": [block["cycles"] for block in found["blocks"]], "joints": joints}
-    text = own_text("linkages.show.plots", "wear_life.html")
-    title = found["title"] or found["experiment"]
-    path.write_text(filled(text, title=title, life=embedded(life)), encoding="utf-8")
-
-
-def _depths(joint: Mapping[str, Any], side: str, nodes: int) -> list[float]:
-    """Return the depths of a part at a stage [m], rounded to the visible resolution."""
-    if side not in joint:
-        return [0.0] * nodes
-    return [float(f"{depth:.4g}") for _, depth in joint[side]["profile"]]

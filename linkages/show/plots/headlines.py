@@ -16,6 +16,7 @@ _WHOLE = 0.5  # part of a run: a longer start-up is the motion itself
 
 
 _LETTERS = 52, 60  # that fit above a figure of one column: of the answer, of the line below it
+_WIDE_LETTERS = 70  # that fit above a panel of a wide figure
 
 
 class Headline(NamedTuple):
@@ -24,6 +25,17 @@ class Headline(NamedTuple):
     answer: str  # the largest value, and what clearance changes
     difference: str  # from ideal joints; empty without any
     alike: bool  # whether both curves look alike
+
+    @property
+    def is_long(self) -> bool:
+        """Tell whether a wide figure has no room for the answer in one line."""
+        return len(self.answer) > _WIDE_LETTERS
+
+    @property
+    def broken(self) -> tuple[str, str]:
+        """Return the answer in two lines, if it is long."""
+        head, _, told = self.answer.partition(", ")
+        return (head, told) if self.is_long else (self.answer, "")
 
     @property
     def short(self) -> tuple[str, str]:

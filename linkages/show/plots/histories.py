@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -11,14 +10,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from linkages.base.palette import IDEAL, IDEAL_LINE, MEASURED, SOFT
+from linkages.base.palette import EDGE, IDEAL, IDEAL_LINE, MEASURED, SOFT
 from linkages.input.files.writing import file_name
 from linkages.input.model.skeleton import OTHER
 from linkages.results.assessment import Assessment
 from linkages.results.outputs.registry import unit
 from linkages.show.plots.headlines import first_drawn, headline
 from linkages.show.plots.journals import contacts_figure, guides_figure, orbits_figure
+from linkages.show.plots.names import name_of_output, sentence
 from linkages.show.plots.pages import drawn_errors, resolved
+from linkages.show.plots.panels import WIDE, narrow
 from linkages.show.plots.quantities import quantity
 from linkages.show.plots.shown import ShownFigure
 from linkages.show.plots.style import (
@@ -29,7 +30,6 @@ from linkages.show.plots.style import (
     engineering,
     figure_style,
     needs_height,
-    one_column,
     readable,
     small_text,
     stacked_axes,
@@ -39,26 +39,6 @@ from linkages.show.plots.style import (
 
 _GAP, _SECOND, _LEFT = 0.3, 0.16, 0.8  # room above a panel, for a second line, for the scale at the left [in]
 _UNBOUNDED = 1e3  # ideal over actual peak from which the ideal one is not drawn whole
-
-# names of the quantities of a link or frame
-_LABELS = {
-    "x": "position x",
-    "y": "position y",
-    "angle": "angle",
-    "vx": "velocity v$_x$",
-    "vy": "velocity v$_y$",
-    "omega": "angular velocity",
-    "ax": "acceleration a$_x$",
-    "ay": "acceleration a$_y$",
-    "alpha": "angular acceleration",
-    "acceleration": "magnitude of the acceleration",
-    "deflection": "deflection",
-    "compression": "largest compressive force",
-    "bending": "largest bending moment",
-    "stress": "largest stress",
-    "stress_place": "place of the largest stress",
-    "deflection_place": "place of the largest deflection",
-}
 
 
 def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, float | None] | None = None) -> list[Path]:
@@ -81,7 +61,7 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
         figures["guides"] = guides_figure
     if assessment.contacts:
         figures["impacts"] = contacts_figure
-    if assessment.system.tree.flexible:
+    if assessment.system.tree.deformable:
         figures["links"] = links_figure
     if _acting(assessment, _forces(assessment), least):
         figures["joint_forces"] = partial(forces_figure, errors=least)
@@ -93,8 +73,7 @@ def write_figures(assessment: Assessment, folder: Path, errors: Mapping[str, flo
 
 def output_figure(assessment: Assessment, name: str, errors: Mapping[str, float] | None = None) -> Figure:
     """Draw an output of a link or frame over time; below, the effect of clearance."""
-    point, _, quantity = name.rpartition(".")
-    return _compare(assessment, {name: f"{point}: {_LABELS.get(quantity, quantity)}"}, errors, 1.4)
+    return _compare(assessment, {name: name_of_output(name)}, errors, 1.4)
 
 
 def forces_figure(assessment: Assessment, errors: Mapping[str, float] | None = None) -> Figure:
@@ -118,7 +97,7 @@ def torques_figure(assessment: Assessment, errors: Mapping[str, float] | None = 
 def _forces(assessment: Assessment) -> dict[str, str]:
     """Label the forces of clearance joints, or else of all joints, by column."""
     names = assessment.system.tree.play or tuple(assessment.system.joints)
-    return {f"{name}.force": f"force in {name}" for name in names}
+    return {f"{name}.force": name_of_output(f"{name}.force") for name in names}
 
 
 def _torques(assessment: Assessment) -> dict[str, str]:
@@ -144,8 +123,9 @@ def measured_figure(assessment: Assessment) -> Figure:
     """Draw each measured curve over the run, and below it the difference."""
     colors = assessment.system.colors
     found = assessment.measured
-    figure = ShownFigure(figsize=(6.3, 0.8 + 3.0 * len(found)))
-    axes = stacked_axes(figure, [3, 1] * len(found))
+    figure = ShownFigure(figsize=(WIDE, 0.8 + 3.0 * len(found)))
+    axes = stacked_axes(figure, [3, 1] * len(found), _GAP, _LEFT)
+    told = []
     for (name, one), top, bottom in zip(found.items(), axes[::2], axes[1::2], strict=True):
         run, (first, last) = assessment.run, one.time[[0, -1]]
         near = (run.time >= first) & (run.time <= last)
@@ -153,13 +133,20 @@ def measured_figure(assessment: Assessment) -> Figure:
         top.plot(one.time, factor * one.values, ".", color=MEASURED, ms=2.5, label="measured")
         color = color_for(colors, name)
         top.plot(run.time[near], factor * run[name][near], color=color, lw=1.2, label="computed")
-        top.set_ylabel(axis_label(name, drawn))
+        top.set_ylabel(f"[{drawn or 1}]")
+        si, off = unit(assessment.system, name), float(np.abs(one.residual).max())
+        told.append(f"{name_of_output(name)}: off by up to {quantity(off, si, 3)}")
+        write_answer(top, told[-1])
         drawn, factor = _shown(assessment, name, one.residual)
-        bottom.plot(one.time, factor * one.residual, color="0.25", lw=0.8)
-        bottom.set_ylabel(axis_label("difference", drawn, "\n"))
-    axes[0].legend(**LEGEND)
+        bottom.plot(one.time, factor * one.residual, color=SOFT, lw=0.8)
+        bottom.set_ylabel(f"[{drawn or 1}]")
+        write_answer(bottom, "", "measured less computed")
+    figure.legend(
+        *axes[0].get_legend_handles_labels(), ncols=2, loc="lower right", borderaxespad=0.1, fontsize=small_text()
+    )
+    figure.set_label(". ".join(map(sentence, told)) + ".")
     figure.align_ylabels(axes)
-    axes[-1].set_xlabel("time [s]")
+    axes[-1].set_xlabel("time [s]", loc="left")
     return figure
 
 
@@ -172,18 +159,18 @@ def _compare(
     differences: their largest values are in the text. An integrated ideal linkage has rigid links without deformation
     columns.
     """
-    figure = ShownFigure(figsize=(6.3, around + 3.0 * len(labels)))
-    errors, narrow = errors or assessment.noise, one_column(figure)
+    figure = ShownFigure(figsize=(WIDE, around + 3.0 * len(labels)))
+    errors, small = errors or assessment.noise, narrow()
     told = {name: headline(assessment, name, label, errors.get(name, 0.0)) for name, label in labels.items()}
-    both = [name for name in labels if told[name].difference and not narrow]
+    both = [name for name in labels if told[name].difference and not small]
     heights = [height for name in labels for height in ((1, 2) if told[name].alike else (3, 1))[: 1 + (name in both)]]
-    axes = stacked_axes(figure, heights, _GAP + narrow * _SECOND, _LEFT)
+    second = small or any(one.is_long for one in told.values())
+    axes = stacked_axes(figure, heights, _GAP + second * _SECOND, _LEFT)
     panels = iter(axes)
     for name in labels:
         top, one = next(panels), told[name]
-        _draw_both(assessment, top, name, errors.get(name, 0.0), narrow)
-        answer, note = one.short if narrow else (one.answer, "")
-        write_answer(top, answer, note, narrow)
+        _draw_both(assessment, top, name, errors.get(name, 0.0), small)
+        write_answer(top, *(one.short if small else one.broken), second)
         if name in both:
             bottom = next(panels)
             late = _draw_difference(assessment, bottom, name, errors.get(name, 0.0))
@@ -195,12 +182,11 @@ def _compare(
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("time [s]", loc="left")
     axes[-1].set_xlim(first_drawn(assessment), assessment.run.time[-1])
-    sentences = [one.answer[:1].upper() + one.answer[1:] for one in told.values()]
-    figure.set_label(re.sub(r"\$_(.)\$", r"\1", ". ".join(sentences)) + ".")
+    figure.set_label(". ".join(sentence(one.answer) for one in told.values()) + ".")
     return figure
 
 
-def _draw_both(assessment: Assessment, axis: Axes, name: str, error: float, narrow: bool) -> None:
+def _draw_both(assessment: Assessment, axis: Axes, name: str, error: float, small: bool) -> None:
     """Draw a column of the run, and of the ideal motion behind it."""
     system, run, ideal = assessment.system, assessment.run, assessment.ideal
     late = run.time >= first_drawn(assessment)
@@ -211,11 +197,11 @@ def _draw_both(assessment: Assessment, axis: Axes, name: str, error: float, narr
     unbounded = np.abs(perfect).max() > _UNBOUNDED * largest > 0.0
     drawn, factor = _shown(assessment, name, values[late] if unbounded else np.concatenate([values[late], perfect]))
     if ideal is not None and compared:
-        rigid = "ideal joints, rigid links" if system.tree.flexible and not narrow else "ideal joints"
+        rigid = "ideal joints, rigid links" if system.tree.deformable and not small else "ideal joints"
         axis.plot(ideal.time, factor * perfect, color=IDEAL, lw=IDEAL_LINE, label=rigid)
-    flexible = "flexible" if narrow else "flexible links"
-    imperfect = ["clearance"] * bool(system.play) + [flexible] * bool(system.tree.flexible)
-    label = f"with {(', ' if narrow else ' and ').join(imperfect)}" if imperfect else "integrated"
+    flexible = "flexible" if small else "flexible links"
+    imperfect = ["clearance"] * bool(system.play) + [flexible] * bool(system.tree.deformable)
+    label = f"with {(', ' if small else ' and ').join(imperfect)}" if imperfect else "integrated"
     axis.plot(run.time, factor * values, color=color_for(system.colors, name), label=label)
     axis.set_ylabel(f"[{drawn or 1}]")
     if unbounded:  # at a dead point of the ideal linkage
@@ -259,24 +245,25 @@ def links_figure(assessment: Assessment) -> Figure:
     Next to each stress is its place along the link at each time.
     """
     system, run = assessment.system, assessment.run
-    names = list(system.tree.flexible)
-    figure = ShownFigure(figsize=(6.3, 0.8 + 3.2 * len(names) + 1.4), layout="constrained")
-    narrow = one_column(figure)
+    names = list(system.tree.deformable)
+    figure = ShownFigure(figsize=(WIDE, 0.8 + 3.2 * len(names) + 1.4), layout="constrained")
+    small = narrow()
     needs_height(figure, 1.25 * (2 * len(names) + 1))
-    grid = figure.add_gridspec(2 * len(names) + 1, 1 if narrow else 2, width_ratios=[3] if narrow else [3, 1])
+    grid = figure.add_gridspec(2 * len(names) + 1, 1 if small else 2, width_ratios=[3] if small else [3, 1])
     strain = figure.add_subplot(grid[-1, 0])
-    left = [strain]
+    left, told = [strain], []
     for k, name in enumerate(names):
         deflection, stress = (figure.add_subplot(grid[2 * k + row, 0], sharex=strain) for row in (0, 1))
         frames = [frame.name for frame in system.frames if frame.link == name]
         moved, most = {frame: run[f"{frame}.deflection"] for frame in frames}, run[f"{name}.deflection"]
         unit, factor = engineering("m", float(most.max()))
-        deflection.plot(run.time, factor * most, color="0.6", lw=0.9, label="largest")
+        deflection.plot(run.time, factor * most, color=EDGE, lw=0.9, label="largest")
         for (frame, values), color in zip(moved.items(), COLORS * len(moved), strict=False):
             if np.abs(values).max() > 1e-6 * most.max():  # without the ends, which are on the chord
                 deflection.plot(run.time, factor * values, color=color, lw=0.9, label=frame)
         deflection.set_ylabel(axis_label("deflection", unit, "\n"))
         bent = f"{name}: bent by {quantity(float(most.max()), 'm', 3)}"
+        told.append(f"{bent}, largest stress {quantity(float(run[f'{name}.stress'].max()), 'Pa')}")
         deflection.set_title(bent, loc="left", fontweight="bold", fontsize="medium")
         deflection.legend(**LEGEND, fontsize=small_text(), handlelength=1.2, columnspacing=1.0)
         values, place, color = run[f"{name}.stress"], run[f"{name}.stress_place"], color_for(system.colors, name)
@@ -286,10 +273,10 @@ def links_figure(assessment: Assessment) -> Figure:
         top = int(values.argmax())
         stress.plot(run.time[top], factor * values[top], "o", color=OTHER, ms=4)
         left += [deflection, stress]
-        if narrow:
+        if small:
             continue
         where = figure.add_subplot(grid[2 * k + 1, 1], sharey=stress)
-        length = sum(piece.beam.length for piece in system.tree.flexible[name])
+        length = sum(piece.ends[1] - piece.ends[0] for piece in system.tree.deformable[name])
         along, scale = engineering("m", length)
         where.plot(scale * place, factor * values, ".", color=color, ms=1.5)
         where.plot(scale * place[top], factor * values[top], "o", color=OTHER, ms=4)
@@ -299,4 +286,5 @@ def links_figure(assessment: Assessment) -> Figure:
     strain.plot(run.time, factor * run["strain_energy"], color=OTHER, lw=0.9)
     strain.set(xlabel="time [s]", ylabel=axis_label("strain energy", unit, "\n"))
     figure.align_ylabels(left)
+    figure.set_label(". ".join(map(sentence, told)) + ".")
     return figure

@@ -13,21 +13,20 @@ from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
 from linkages.base.brief import counted
-from linkages.base.palette import INK, PLAY, SOFT
+from linkages.base.palette import INK, LINE, PANEL, PLAY, SOFT
 from linkages.input.model.skeleton import OTHER
 from linkages.results.assessment import Assessment, touching
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.trajectory import Trajectory
+from linkages.show.plots.names import sentence
+from linkages.show.plots.panels import WIDE, legend_below, make_panels, narrow, say
 from linkages.show.plots.quantities import number, quantity
-from linkages.show.plots.shown import ShownFigure, new_figure
+from linkages.show.plots.shown import ShownFigure
 from linkages.show.plots.style import (
     COLORS,
-    LEGEND,
     axis_label,
     color_for,
     engineering,
-    needs_height,
-    one_column,
     round_length,
     small_text,
     stacked_axes,
@@ -44,6 +43,7 @@ _PHASES = {
 
 # marks of a journal, and of a guide's corners
 _MARKS = {"": "o", "upper": "o", "lower": "s", "corner1": "o", "corner2": "s", "corner3": "^", "corner4": "D"}
+_FEW = 4  # most panels of orbits that are large
 _GAP, _LEFT = 0.3, 0.8  # room above a panel and at its left [in]
 _DOTTED = 10  # contacts with a dot, the largest ones
 _INSET, _MAGNIFIED = 0.4, 4.0  # size of a magnified orbit in its axes; least magnification
@@ -53,57 +53,53 @@ _MOST_SEGMENTS = 2000  # most refined segments of a drawn orbit
 
 
 def orbits_figure(assessment: Assessment) -> Figure:
-    """Draw each journal's centre in its clearance circle, and next to or below it a magnified view.
+    """Draw each journal's centre in its clearance circle, and for a joint with contact the penetration over the angle.
 
-    The magnified view shows the orbit or, for a joint with contact, the penetration over the angle.
+    A small orbit is drawn again, magnified, in its circle.
     """
-    joints, colors = assessment.system.joints, assessment.system.colors
-    names = assessment.system.tree.journals
-    touches = touching(assessment.system)
-    rows = 2 if any(name in touches for name in names) else 1
-    if len(names) == 1 and rows == 2:  # side by side
-        figure, axes = new_figure(3.4, 1, 2)
-        axes = axes.reshape(2, 1)
-    else:
-        figure, axes = new_figure(3.3 * rows, rows, len(names), width=3.15 * max(len(names), 2), squeeze=False)
-    narrow = one_column(figure)
-    needs_height(figure, (2.3 if narrow else 1.6) * len(axes[:, 0]) + 0.7 * bool(touches))
-    for k, name in enumerate(names):
-        whole = axes[0, k]
-        clearance = 1e6 * (joints[name].clearance or 0.0)
-        ex, ey = 1e6 * assessment.run[f"{name}.ex"], 1e6 * assessment.run[f"{name}.ey"]
-        reach = _AROUND * max(clearance, float(np.hypot(ex, ey).max()))
-        _draw_circle(whole, clearance)
-        peak = float(np.max(assessment.run[f"{name}.eccentricity_ratio"]))
-        whole.set_title(f"{name}: e/c up to {number(peak, 3)}", fontsize="medium", fontweight="bold", loc="left")
-        if name in touches:
-            path, phase = finely(assessment, name)
-            _draw_phases(whole, 1e6 * path, phase)
-            whole.plot(ex[0], ey[0], "o", color=OTHER, ms=3.5)
-            _draw_wall(axes[1, k], 1e6 * path, clearance, phase)
-        else:
-            color = color_for(colors, name)
-            whole.plot(ex, ey, color=color, lw=1.0)
-            whole.plot(ex[0], ey[0], "o", color=OTHER, ms=3.5, label="start")
-            if not touches:
-                whole.legend(loc="lower left", fontsize=small_text())
-            _magnify(whole, np.column_stack([ex, ey]), reach, color)
-            if rows == 2:
-                axes[1, k].set_visible(False)
-        whole.set(xlim=(-reach, reach), ylim=(-reach, reach))
-        whole.set_aspect("equal", adjustable="box")
-        whole.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]")
-        for axis in axes[:, k]:
-            axis.locator_params(nbins=3 if narrow and axis is whole else 5, axis="both")
-    if touches:
-        filled = all(model.has_film for model in assessment.system.models if model.can_touch)
-        handles = [
-            Line2D([], [], color=color, lw=2.0, label="film alone" if filled and code == FREE else label)
-            for code, (label, color, _) in _PHASES.items()
-        ]
-        handles.append(Line2D([], [], color=OTHER, marker="o", ms=3.5, lw=0.0, label="start"))
-        figure.legend(handles=handles, ncols=2, loc="outside lower center")
+    names, touches = assessment.system.tree.journals, touching(assessment.system)
+    count = sum(1 + (name in touches) for name in names)
+    few = narrow() or count <= _FEW
+    figure, axes = make_panels(count, 3.1 if few and not narrow() else 2.2, 2 if few else 4, 2)
+    rest = iter(axes)
+    for name in names:
+        _draw_orbit(assessment, name, next(rest), next(rest) if name in touches else None)
+    peaks = {name: float(np.max(assessment.run[f"{name}.eccentricity_ratio"])) for name in names}
+    most = max(peaks, key=peaks.__getitem__)
+    say(figure, f"Largest eccentricity over the clearance: {number(peaks[most], 3)}, in {most}")
+    start = Line2D([], [], color=OTHER, marker="o", ms=3.5, lw=0.0, label="start")
+    filled = all(model.has_film for model in assessment.system.models if model.can_touch)
+    handles = [
+        Line2D([], [], color=color, lw=2.0, label="film alone" if filled and code == FREE else label)
+        for code, (label, color, _) in _PHASES.items()
+        if touches
+    ]
+    legend_below(figure, entries={str(one.get_label()): one for one in [*handles, start]})
     return figure
+
+
+def _draw_orbit(assessment: Assessment, name: str, whole: Axes, wall: Axes | None) -> None:
+    """Draw the orbit of a journal and, if there is a panel for it, its penetration into the wall."""
+    clearance = 1e6 * (assessment.system.joints[name].clearance or 0.0)
+    ex, ey = 1e6 * assessment.run[f"{name}.ex"], 1e6 * assessment.run[f"{name}.ey"]
+    reach = _AROUND * max(clearance, float(np.hypot(ex, ey).max()))
+    _draw_circle(whole, clearance)
+    peak = float(np.max(assessment.run[f"{name}.eccentricity_ratio"]))
+    whole.set_title(f"{name}: e/c up to {number(peak, 3)}", fontsize="medium", loc="left")
+    if wall is not None:
+        path, phase = finely(assessment, name)
+        _draw_phases(whole, 1e6 * path, phase)
+        _draw_wall(wall, 1e6 * path, clearance, phase)
+    else:
+        color = color_for(assessment.system.colors, name)
+        whole.plot(ex, ey, color=color, lw=1.0)
+        _magnify(whole, np.column_stack([ex, ey]), reach, color)
+    whole.plot(ex[0], ey[0], "o", color=OTHER, ms=3.5)
+    whole.set(xlim=(-reach, reach), ylim=(-reach, reach))
+    whole.set_aspect("equal", adjustable="box")
+    whole.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]")
+    for axis in (whole,) if wall is None else (whole, wall):
+        axis.locator_params(nbins=3 if narrow() else 5, axis="both")
 
 
 def _magnify(axis: Axes, path: Array, reach: float, color: str) -> None:
@@ -143,7 +139,7 @@ def orbit(
         Default: the colour of the joint's link, and the joint.
     """
     if axis is None:
-        _, axis = new_figure(4.0, width=4.2)
+        _, (axis,) = make_panels(1, 4.0)
     if not axis.patches:
         _draw_circle(axis, 1e6 * (system.joints[joint].clearance or 0.0))
     axis.plot(
@@ -159,7 +155,7 @@ def orbit(
 
 def _draw_circle(axis: Axes, radius: float) -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    axis.fill(radius * np.cos(turn), radius * np.sin(turn), facecolor="0.95", edgecolor="0.3", lw=1.2)
+    axis.fill(radius * np.cos(turn), radius * np.sin(turn), facecolor=PANEL, edgecolor=SOFT, lw=1.2)
 
 
 def contacts_figure(assessment: Assessment) -> Figure:
@@ -167,9 +163,10 @@ def contacts_figure(assessment: Assessment) -> Figure:
     joints: dict[str, list[str]] = {}
     for owner, label in sorted({(row.owner, row.joint) for row in assessment.contacts}):  # joints, corners of a guide
         joints.setdefault(owner, []).append(label)
-    figure = ShownFigure(figsize=(6.3, 0.8 + (3.2 if len(joints) < 3 else 2.4) * len(joints)))
+    figure = ShownFigure(figsize=(WIDE, 0.8 + (3.2 if len(joints) < 3 else 2.4) * len(joints)))
     axes = stacked_axes(figure, [1.0] * (2 * len(joints)), _GAP, _LEFT)
-    run, narrow, marked = assessment.run, one_column(figure), {}
+    run, small, marked = assessment.run, narrow(), {}
+    told = []
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
         kind_of = "joint" if name in assessment.system.joints else "contact"
         units = ("N m", "rad/s") if f"{labels[0]}.torque" in run else ("N", "m/s")
@@ -177,9 +174,10 @@ def contacts_figure(assessment: Assessment) -> Figure:
         top = max((row for rows in own for row in rows), key=lambda row: row.peak_force)
         hardest = quantity(top.peak_force, units[0])
         said = f"{kind_of} {name}: {counted(sum(map(len, own)), 'contact')}, hardest {hardest}"
-        if not narrow:
+        if not small:
             said += f" at {quantity(top.start, 's', 3)}"
-        write_answer(force, said, "" if narrow else "peak force")
+        told.append(said)
+        write_answer(force, said, "" if small else "peak force")
         write_answer(speed, "", "approach speed")
         for axis, quantity_, si in zip((force, speed), ("peak_force", "approach_speed"), units, strict=True):
             unit, factor = engineering(si, max(getattr(row, quantity_) for rows in own for row in rows))
@@ -193,9 +191,9 @@ def contacts_figure(assessment: Assessment) -> Figure:
                     color, chosen = _PHASES[code][1], kind == code
                     axis.vlines(start[chosen], 0.0, factor * height[chosen], color=color, lw=1.0)
                     large = chosen & (height >= least)
-                    mark = "o" if narrow else _MARKS[corner]
+                    mark = "o" if small else _MARKS[corner]
                     axis.plot(start[large], factor * height[large], mark, color=color, ms=3.5)
-                if len(labels) > 1 and not narrow:
+                if len(labels) > 1 and not small:
                     marked[corner.replace("corner", "corner ")] = _MARKS[corner]
             axis.set_ylabel(f"[{unit}]")
             axis.set_ylim(0.0, None)
@@ -204,6 +202,7 @@ def contacts_figure(assessment: Assessment) -> Figure:
     handles += [Line2D([], [], color=SOFT, marker=mark, ms=3.5, lw=0.0, label=label) for label, mark in marked.items()]
     look: dict[str, Any] = {"fontsize": small_text(), "borderaxespad": 0.1, "columnspacing": 1.0, "handlelength": 1.2}
     figure.legend(handles=handles, ncols=len(handles), loc="lower right", **look)
+    figure.set_label(". ".join(map(sentence, told)) + ".")
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("start [s]", loc="left")
     axes[-1].set_xlim(run.time[0], run.time[-1])
@@ -240,8 +239,8 @@ def _draw_wall(axis: Axes, path: Array, clearance: float, phase: NDArray[np.int6
     _draw_phases(axis, np.column_stack([angle, depth]), phase)
     lowest, deepest = float(depth.min()), float(depth.max())
     bottom, top = (-1.1 * deepest, 1.1 * deepest) if deepest > 0.0 else (1.1 * lowest, -0.1 * lowest)
-    axis.axhspan(0.0, top, color="0.92", zorder=0)
-    axis.axhline(0.0, color="0.3", lw=1.0, zorder=1)
+    axis.axhspan(0.0, top, color=LINE, zorder=0)
+    axis.axhline(0.0, color=SOFT, lw=1.0, zorder=1)
     axis.set(xlim=(-180.0, 180.0), ylim=(bottom, top), xticks=range(-180, 181, 90))
     axis.set(xlabel="angle of e [deg]", ylabel="penetration e $-$ c [µm]")
     axis.text(-175.0, 0.94 * top, "in the wall", va="top", fontsize=small_text(), color=SOFT)
@@ -264,13 +263,9 @@ def guides_figure(assessment: Assessment) -> Figure:
     """
     system, run = assessment.system, assessment.run
     names = [name for name in system.tree.play if name not in system.tree.journals]
-    narrow = one_column(Figure(figsize=(6.3, 2.9)))
-    shape: dict[str, Any] = {"width_ratios": [2, 3]} if not narrow else {}
-    rows, columns = (2 * len(names), 1) if narrow else (len(names), 2)
-    figure, axes = new_figure(2.9 * len(names), rows, columns, squeeze=False, **shape)
-    needs_height(figure, 2.4 * rows)
-    axes = axes.reshape(-1, 2)
-    for (whole, ends), name in zip(axes, names, strict=True):
+    figure, axes = make_panels(2 * len(names), 2.6)
+    told = []
+    for whole, ends, name in zip(axes[::2], axes[1::2], names, strict=True):
         joint = system.joints[name]
         clearance = system.joints[name].clearance or 0.0
         unit, factor = engineering("m", clearance)
@@ -278,20 +273,23 @@ def guides_figure(assessment: Assessment) -> Figure:
         lift = factor * run[f"{name}.tilt"] * (0.5 * joint.slot.length if joint.slot is not None else 0.0)
         wall = factor * clearance
         rim = wall * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
-        whole.fill(*rim.T, facecolor="0.95", edgecolor="0.3", lw=1.2)
+        whole.fill(*rim.T, facecolor=PANEL, edgecolor=SOFT, lw=1.2)
         whole.plot(lift, middle, color=color_for(system.colors, name), lw=0.7)
         whole.plot(lift[0], middle[0], "o", color=OTHER, ms=3.5, label="start")
-        whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize="medium")
+        whole.set_title(f"{name}: contact on the rim", loc="left", fontsize="medium")
         whole.set_aspect("equal", adjustable="datalim")
-        whole.set_xlabel(axis_label("offset of front end $-$ middle", unit))
+        whole.set_xlabel(axis_label("front end $-$ middle", unit))
         whole.set_ylabel(axis_label("offset of the middle", unit))
-        whole.legend(loc="upper right")
+        used = float(np.abs(np.array([middle + lift, middle - lift])).max()) / wall
+        told.append(f"Block of {name}: its ends move up to {number(used, 3)} of the clearance")
         reach = 1.15 * max(wall, float(np.abs(np.array([middle + lift, middle - lift])).max()))
         for side in (1.0, -1.0):
-            ends.axhspan(side * wall, side * reach, color="0.9", zorder=0)
+            ends.axhspan(side * wall, side * reach, color=LINE, zorder=0)
         ends.plot(run.time, middle + lift, color=COLORS[0], lw=0.9, label="front end")
         ends.plot(run.time, middle - lift, color=COLORS[1], lw=0.9, ls="--", label="back end")
-        ends.set_ylabel(f"offset across the slot [{unit}]\n(grey: in the wall)")
+        ends.set_title("grey: in the wall", loc="left", fontsize="medium")
+        ends.set_ylabel(f"offset across the slot [{unit}]")
         ends.set(xlabel="time [s]", ylim=(-reach, reach))
-        ends.legend(**LEGEND)
+    say(figure, *told)
+    legend_below(figure, axes[:2])
     return figure

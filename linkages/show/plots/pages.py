@@ -15,10 +15,30 @@ from numpy.typing import NDArray
 
 from linkages.base import palette
 from linkages.base.arrays import Array
+from linkages.base.palette import repainted
 from linkages.input.files.writing import json_text
 from linkages.results.trajectory import Trajectory
+from linkages.show.naming import output_in_words
 from linkages.show.plots.presentation import shown, shown_unit
 
+_HEAD = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<title>{title}</title>
+"""
+#: Pages load nothing. Those with an animation in a frame also read the data that it contains.
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none';"
+    " form-action 'none'"
+)
+FRAME_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:;"
+    " connect-src data: blob:; worker-src blob:; frame-src 'self'; base-uri 'none'; form-action 'none'"
+)
 _DIGITS = 7  # of numbers: enough for a curve that is enlarged a thousand times
 
 
@@ -30,12 +50,12 @@ def own_text(package: str, name: str) -> str:
 def filled(template: str, **values: Any) -> str:
     """Fill a template: texts are escaped unless they are `Markup`, and a missing value is an error.
 
-    ``{{ colors() }}`` writes the variables of all colours, ``{{ colors(dark=False) }}`` those on light paper alone.
+    ``{{ head(title) }}`` begins a page, with the policy of what it may load, up to its style.
     """
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
-    environment.globals["colors"] = lambda dark=True: Markup(palette.css(dark=dark))
+    environment.globals["head"] = lambda title, policy=POLICY: Markup(_HEAD).format(title=title, policy=policy)
     return environment.from_string(template).render(values)
 
 
@@ -60,15 +80,15 @@ def curves(
 ) -> list[dict[str, Any]]:
     """Return columns over time for `curves.js`; missing columns are skipped.
 
-    Each curve has `name`, `unit`, and `run`, `ideal` and `measured` (None if missing), each with `time` [s] and
-    `values`; `measured` has the times and values of measured curves.
-    Variations of a column below its error are not drawn; see `seen` for the intervals. Empty for a run of a single
-    sample.
+    Each curve has `name`, `label` (in words), `unit`, and `run`, `ideal` and `measured` (None if missing), each with
+    `time` [s] and `values`; `measured` has the times and values of measured curves. Variations of a column below its
+    error are not drawn; see `seen` for the intervals. Empty for a run of a single sample.
     """
     if len(run.time) < 2:
         return []
     return [
-        {"name": name, "unit": shown_unit(run.units.get(name, "")), "run": _drawn(run, name, errors, intervals)}
+        {"name": name, "label": output_in_words(name), "unit": shown_unit(run.units.get(name, ""))}
+        | {"run": _drawn(run, name, errors, intervals)}
         | {"ideal": _drawn(ideal, name, errors, intervals)}
         | {"measured": _reduced(*measured[name], intervals, run.units.get(name, "")) if name in measured else None}
         for name in dict.fromkeys([*names, *measured])
@@ -90,9 +110,21 @@ def resolved(values: Array, error: float) -> Array:
     return np.where(np.isfinite(values), middle if abs(middle) > error else 0.0, values)
 
 
-def script() -> str:
-    """Return the function `drawCurves` of the pages, as JavaScript."""
-    return own_text("linkages.show.plots", "curves.js")
+def script(*names: str) -> str:
+    """Return scripts that pages share, as JavaScript: curves, moving shapes, or those with given names."""
+    return "".join(own_text("linkages.show.plots", f"{name}.js") for name in names or ("curves", "moves"))
+
+
+def shared_style(holder: str = "") -> str:
+    """Return the style that all pages share, of an element with a selector, by default of the page."""
+    rules = own_text("linkages.show.plots", "base.css")
+    return f"{holder} {{\n{rules}}}\n" if holder else rules
+
+
+def page_style(own: str = "") -> Markup:
+    """Return the style of a page: colours, text, curves, drawings, and rules of its own."""
+    text = own_text("linkages.show.plots", "page.css")
+    return Markup("\n".join([palette.css(), shared_style(), text, repainted(".picture "), own]))
 
 
 def seen(time: Array, values: Array, intervals: int) -> NDArray[np.int64]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.base.errors import notice
 from linkages.base.palette import AXIS_LINE, DATA_LINE, GRID_LINE, GRID_SHADE, INK, LEAST_SIZE, LINKS, SIZES, SOFT
-from linkages.input.model.output_names import BENDING_QUANTITIES, QUANTITIES
+from linkages.input.model.output_names import QUANTITIES, SHAPE_QUANTITIES
 from linkages.input.model.skeleton import OTHER
 from linkages.show.plots.presentation import presentation, shown
 
@@ -70,10 +70,12 @@ _DESCRIPTION = {"png": "Description", "pdf": "Subject", "svg": "Description"}
 #: Margins of stacked axes [inches], and the gap between two of them.
 _LEFT, _RIGHT, _TOP, _BOTTOM, _GAP = 0.98, 0.22, 0.34, 0.46, 0.14
 _SHALLOW = 0.62  # least height of a panel on average [inches]
-_COLUMN = 100.0 / 25.4  # width of figures below which they have one column of a page [in]
+COLUMN = 100.0 / 25.4  # width of figures below which they have one column of a page [in]
 _LEAST = "least_height"  # attribute of a figure [in]
 _WIDE = 1.25  # of a figure, in parts of its margins: those of smaller ones shrink
 _SMALL = math.radians(0.1)  # smaller angles are shown in mrad or less [rad]
+_TINY = 1e-3  # pure numbers below it are drawn as multiples of a power of ten
+_POWERS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _RAISED = str.maketrans("23", "²³")
 #: Prefixes of units and their factors, the largest first.
 _PREFIXED = {
@@ -86,6 +88,15 @@ _PREFIXED = {
     "N m": (("k", 1e-3), ("", 1.0), ("m", 1e3), ("µ", 1e6)),
     "J": (("k", 1e-3), ("", 1.0), ("m", 1e3), ("µ", 1e6)),
     "Pa": (("G", 1e-9), ("M", 1e-6), ("k", 1e-3), ("", 1.0)),
+    "Pa s": (("", 1.0), ("m", 1e3)),
+    "W": (("k", 1e-3), ("", 1.0), ("m", 1e3)),
+    "N/m": (("M", 1e-6), ("k", 1e-3), ("", 1.0)),
+}
+#: Units that have no prefix, their readable ones and factors, the largest first.
+_OTHERS = {
+    "kg": (("kg", 1.0), ("g", 1e3)),
+    "kg m2": (("kg m2", 1.0), ("kg mm2", 1e6)),
+    "m3/s": (("m3/s", 1.0), ("cm3/s", 1e6)),
 }
 
 
@@ -94,7 +105,7 @@ def figure_style() -> AbstractContextManager[None]:
     import matplotlib as mpl
 
     asked = presentation()
-    small = asked.style == "print" or (asked.size is not None and asked.size[0] < _COLUMN)
+    small = asked.style == "print" or (asked.size is not None and asked.size[0] < COLUMN)
     return mpl.rc_context(_STYLE | (_PRINT if small else {}))
 
 
@@ -103,11 +114,6 @@ def resize(figure: Figure) -> None:
     if asked := presentation().size:
         width, height = figure.get_size_inches()
         figure.set_size_inches(asked[0], max(asked[1] or asked[0] * height / width, getattr(figure, _LEAST, 0.0)))
-
-
-def one_column(figure: Figure) -> bool:
-    """Check whether a figure is drawn for one column of a page, which has room for the essential alone."""
-    return bool((presentation().size or figure.get_size_inches())[0] < _COLUMN)
 
 
 def needs_height(figure: Figure, least: float) -> None:
@@ -201,6 +207,9 @@ def engineering(unit: str, largest: float) -> tuple[str, float]:
     for prefix, factor in _PREFIXED.get(unit, ()):
         if largest * factor >= 1.0:
             return f"{prefix}{typeset(unit)}", factor
+    for name, factor in _OTHERS.get(unit, ()):
+        if largest * factor >= 1.0:
+            return typeset(name), factor
     return ("", 1.0) if unit == "1" else (typeset(unit), 1.0)
 
 
@@ -208,6 +217,9 @@ def readable(unit: str, largest: float) -> tuple[str, float]:
     """Return unit and factor of values over time as `engineering`, but of angles in degrees."""
     if unit == "rad" and largest >= _SMALL and unit not in presentation().units:
         return "deg", 180.0 / math.pi
+    if unit == "1" and 0.0 < largest < _TINY:
+        power = 3 * math.ceil(-math.log10(largest) / 3.0)
+        return f"10⁻{str(power).translate(_POWERS)}", 10.0**power
     return engineering(unit, largest)
 
 
@@ -221,7 +233,7 @@ def round_length(most: float) -> tuple[float, str]:
 def asked_points(outputs: Iterable[str]) -> list[str]:
     """Return the distinct points with reported translational outputs."""
     parts = (name.rpartition(".") for name in outputs)
-    moving = {*QUANTITIES, *BENDING_QUANTITIES} - {"angle", "omega", "alpha"}
+    moving = {*QUANTITIES, *SHAPE_QUANTITIES} - {"angle", "omega", "alpha"}
     return list(dict.fromkeys(point for point, _, what in parts if what in moving))
 
 

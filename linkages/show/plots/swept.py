@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +17,12 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from linkages.base.arrays import Array
-from linkages.base.palette import LIMIT, written_on
+from linkages.base.palette import LIMIT, PAPER, SCALE, SOFT, written_on
 from linkages.input.model.skeleton import colors_of
-from linkages.show.plots.shown import new_figure
-from linkages.show.plots.style import LEGEND, axis_label, color_for, engineering, figure_style
+from linkages.show.plots.names import name_of_output, name_of_value
+from linkages.show.plots.panels import legend_below, make_panels, say
+from linkages.show.plots.quantities import quantity
+from linkages.show.plots.style import axis_label, color_for, engineering, figure_style, small_text
 
 if TYPE_CHECKING:
     from linkages.explore.grid import Grid
@@ -32,7 +35,8 @@ _FLAT = 1e-9  # relative range of peaks below which a map has no contours
 _SMOOTH = 12  # values of both variables from which a map has contours
 _RATIO = 5.0  # largest over smallest value above which colours are logarithmic
 _COLUMNS, _ROWS = 10, 14  # most cells in which values are written
-_PANEL = 3.15, 2.3  # width and height of a panel of peaks [in]
+_LETTERS = 22  # of a line of a label
+_HEIGHT = 2.2  # of a panel of peaks [in at 9 pt]
 
 
 def peaks_figure(sweep: Sweep, units: Mapping[str, str], mechanism: Mechanism | None = None) -> Figure:
@@ -47,22 +51,33 @@ def peaks_figure(sweep: Sweep, units: Mapping[str, str], mechanism: Mechanism | 
     mechanism : Mechanism, optional
         Gives each output the colour of its link.
     """
-    columns = min(len(sweep.names), 2)
-    rows = -(-len(sweep.names) // columns)
     x, label = _axis(sweep.path, sweep.unit, [point.value for point in sweep.points])
     colors = None if mechanism is None else colors_of(mechanism)
     with figure_style():
-        height, width = 0.3 + _PANEL[1] * rows, _PANEL[0] * columns
-        figure, axes = new_figure(height, rows, columns, width, squeeze=False)
-        for axis in axes.flat[len(sweep.names) :]:
-            axis.set_visible(False)
-        for axis, name in zip(axes.flat, sweep.names, strict=False):
+        figure, axes = make_panels(len(sweep.names), _HEIGHT)
+        for axis, name in zip(axes, sweep.names, strict=True):
             y = np.array([point.mean_peak(name) for point in sweep.points])
             unit, factor = engineering(units[name], _largest(y))
-            axis.plot(x, factor * y, ".-", color=color_for(colors, name), lw=1.1, ms=4)
-            axis.set(xlabel=label, ylabel=f"{name}\n{axis_label('peak', unit)}")
+            axis.plot(x, factor * y, ".-", color=color_for(colors, name), ms=4)
+            told = textwrap.fill(f"peak of the {name_of_output(name)}", _LETTERS)
+            axis.set(xlabel=label, ylabel=axis_label(told, unit))
             axis.ticklabel_format(useOffset=False)
+        say(figure, *extremes(sweep, units))
         return figure
+
+
+def extremes(sweep: Sweep, units: Mapping[str, str]) -> list[str]:
+    """Tell where the peak that changes most is least and largest."""
+    peaks = {name: np.array([point.mean_peak(name) for point in sweep.points]) for name in sweep.names}
+    known = {name: y for name, y in peaks.items() if np.isfinite(y).any() and _largest(y) > 0.0}
+    if not known:
+        return []
+    name = max(known, key=lambda name: float(np.nanmax(known[name]) - np.nanmin(known[name])) / _largest(known[name]))
+    (low, at_low), (high, at_high) = (
+        (quantity(float(y), units[name]), quantity(sweep.points[k].value, sweep.unit, 3))
+        for y, k in ((known[name][k], k) for k in (int(np.nanargmin(known[name])), int(np.nanargmax(known[name]))))
+    )
+    return [f"Peak of the {name_of_output(name)}: {low} at {at_low}, {high} at {at_high}"]
 
 
 def map_figure(grid: Grid, name: str, unit: str, limit: float | None = None) -> Figure:
@@ -88,11 +103,11 @@ def map_figure(grid: Grid, name: str, unit: str, limit: float | None = None) -> 
     z = np.ma.masked_invalid(factor * peaks)
     most = None if limit is None else factor * limit
     with figure_style():
-        figure, axis = new_figure(3.9, width=5.4)
+        figure, (axis,) = make_panels(1, 3.7)
         axis.grid(False)
-        mesh = axis.pcolormesh(x, y, z, shading="nearest", cmap="viridis", norm=_norm(z), rasterized=True)
+        mesh = axis.pcolormesh(x, y, z, shading="nearest", cmap=SCALE, norm=_norm(z), rasterized=True)
         bar = figure.colorbar(mesh, ax=axis)
-        bar.set_label(f"peak of {axis_label(name, shown)}")
+        bar.set_label(axis_label(f"peak of the {name_of_output(name)}", shown))
         if isinstance(mesh.norm, LogNorm):
             bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.4g}"))
@@ -106,13 +121,26 @@ def map_figure(grid: Grid, name: str, unit: str, limit: float | None = None) -> 
         failed = np.argwhere(np.isnan(peaks))
         if len(failed):
             marks += axis.plot(
-                x[failed[:, 1]], y[failed[:, 0]], "x", color="0.4", ms=4, clip_on=False, label="no result"
+                x[failed[:, 1]], y[failed[:, 0]], "x", color=SOFT, ms=4, clip_on=False, label="no result"
             )
+        say(figure, *_told(grid, peaks, name, unit, limit))
         if marks:
-            axis.legend(handles=marks, **LEGEND)
+            legend_below(figure, entries={str(mark.get_label()): mark for mark in marks})
         axis.set(xlabel=across, ylabel=up)
         axis.ticklabel_format(useOffset=False)
         return figure
+
+
+def _told(grid: Grid, peaks: Array, name: str, unit: str, limit: float | None) -> list[str]:
+    """Tell the range of a map, or how many of its cells are beyond the limit."""
+    found = peaks[np.isfinite(peaks)]
+    if not found.size:
+        return []
+    low, high = (quantity(float(one), unit) for one in (found.min(), found.max()))
+    said = f"Peak of the {name_of_output(name)}: {low} to {high}"
+    if limit is None:
+        return [said]
+    return [f"{said}; {int((found > limit).sum())} of {found.size} cells above {quantity(limit, unit)}"]
 
 
 def _norm(z: Any) -> Normalize | None:
@@ -124,12 +152,12 @@ def _contours(axis: Axes, x: Array, y: Array, z: Any, limit: float | None, shown
     """Draw contours with their values, and the line of the limit; return what the legend has."""
     if not z.count() or float(z.max() - z.min()) <= _FLAT * float(np.abs(z).max()):
         return []
-    lines = axis.contour(x, y, z, levels=_LEVELS, colors="white", linewidths=0.7)
+    lines = axis.contour(x, y, z, levels=_LEVELS, colors=PAPER, linewidths=0.7)
     low, size = np.array([x.min(), y.min()]), np.array([np.ptp(x), np.ptp(y)])
     middles = [_middle((max(parts, key=len) - low) / size) for parts in lines.allsegs if any(map(len, parts))]
     places = [low + size * at for at in middles if np.abs(at - 0.5).max() < _INSIDE]
-    for text in axis.clabel(lines, fontsize="small", manual=places):
-        text.set_path_effects([withStroke(linewidth=1.5, foreground="0.3")])
+    for text in axis.clabel(lines, fontsize=small_text(), manual=places):
+        text.set_path_effects([withStroke(linewidth=1.5, foreground=SOFT)])
     if limit is None or not z.min() < limit < z.max():
         return []
     axis.contour(x, y, z, levels=[limit], colors=LIMIT, linewidths=2.2)
@@ -143,7 +171,7 @@ def _values(axis: Axes, x: Array, y: Array, z: Any, mesh: QuadMesh) -> None:
     for (row, column), value in np.ndenumerate(z):
         if value is not np.ma.masked:
             cell = to_hex(np.asarray(mesh.to_rgba(value)).tolist())
-            look: dict[str, Any] = {"color": written_on(cell), "ha": "center", "va": "center", "fontsize": "small"}
+            look: dict[str, Any] = {"color": written_on(cell), "ha": "center", "va": "center", "fontsize": small_text()}
             text = axis.text(float(x[column]), float(y[row]), f"{value:.3g}", **look)
             text.set_path_effects([withStroke(linewidth=3.0, foreground=cell)])  # readable on a hatching
 
@@ -169,7 +197,7 @@ def _edges(values: Array) -> Array:
 def _axis(path: str, si: str, values: Sequence[float]) -> tuple[Array, str]:
     """Return the values of a variable in a readable unit, and the label of their axis."""
     unit, factor = engineering(si, max(map(abs, values)))
-    return factor * np.array(values), axis_label(path, unit)
+    return factor * np.array(values), axis_label(name_of_value(path), unit)
 
 
 def _middle(line: Array) -> Array:

@@ -6,7 +6,8 @@
 | answer        | the question of a run, its answer in sentences, remarks                     |
 | units         | the numbers of a summary in the units that tables show                      |
 | words         | units, changes, the final motion, commands that repeat the run              |
-| page_tables   | tables: headings and cells, numbers as text                                 |
+| tables        | tables as data: of records, and of the commands that write them             |
+| page_tables   | tables of a run: headings and cells, numbers as text                        |
 | page          | template, style, script and curves over time of a run -> ``report.html``    |
 | result_page   | record, figures and animation of another command -> ``report.html``         |
 | terminal      | a summary -> lines of text                                                  |

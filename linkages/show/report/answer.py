@@ -9,6 +9,7 @@ from typing import Any
 
 from linkages.base.errors import Status, listed
 from linkages.input.files.magnitudes import rounded
+from linkages.input.files.toml import leaves
 from linkages.results.shape import peaks_by_key
 from linkages.results.warnings import relative
 from linkages.show.plots.quantities import change, quantity, share
@@ -64,15 +65,20 @@ def tiles(summary: dict[str, Any]) -> list[tuple[str, str]]:
         name = max(forces, key=forces.__getitem__)
         told = change(forces[name], ideal["joints"][name]["force"]["peak"] or 0.0)
         found.append((quantity(forces[name], "N"), f"largest joint force, in {name}" + (f"; {told}" if told else "")))
+    else:
+        found += _effort_tiles(shown)
     films = {
         name: joint["film_thickness"]["min"] for name, joint in shown["joints"].items() if "film_thickness" in joint
     }
     contact = {
-        name: joint["contact_fraction"] for name, joint in shown["joints"].items() if joint.get("contact_fraction")
+        f"{kind}{name}": one["contact_fraction"]
+        for kind, place in (("joint ", "joints"), ("flanks of ", "loads"))
+        for name, one in shown.get(place, {}).items()
+        if one.get("contact_fraction")
     }
     if contact:
         name = max(contact, key=contact.__getitem__)
-        found.append((share(contact[name]), f"of the time in contact, joint {name}"))
+        found.append((share(contact[name]), f"of the time in contact, {name}"))
     elif films:
         name = min(films, key=films.__getitem__)
         found.append((quantity(films[name], "m", 3), f"thinnest oil film, in {name}"))
@@ -84,6 +90,19 @@ def tiles(summary: dict[str, Any]) -> list[tuple[str, str]]:
     if errors:
         found.append((share(max(errors[0], 1e-4)), "largest error of a peak, estimated"))
     return found
+
+
+def _effort_tiles(shown: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the largest torque or force of loads, else of drives, of a machine whose joints carry no force."""
+    for kind in ("loads", "drives"):
+        acting = [row for row in words.effort_rows(shown, kind) if row[2]["peak"]]
+        if acting:
+            label, _, value, exact, si = max(acting, key=lambda row: row[2]["peak"])
+            owner, _, effort = label.rpartition(" ")
+            told = change(value["peak"], exact["peak"] or 0.0)
+            meaning = f"largest {effort}, of {owner}" + (f"; {told}" if told not in ("", "as ideal") else "")
+            return [(quantity(value["peak"], si), meaning)]
+    return []
 
 
 def remarks(summary: dict[str, Any]) -> list[str]:
@@ -158,7 +177,30 @@ def _effect(shown: dict[str, Any], warned: Sequence[dict[str, Any]]) -> str:
     told = [f"{lead}{listed(said)}"] if said else []
     if unknown:
         told.append(f"the force{'s'[: len(unknown) > 1]} in {words.some(unknown)} {words.reason(warned, len(unknown))}")
-    return _sentence("; ".join(told) if told else "no joint carries a force")
+    told += [] if any(every.values()) else _unloaded(shown, warned)
+    return _sentence("; ".join(told))
+
+
+def _unloaded(shown: dict[str, Any], warned: Sequence[dict[str, Any]]) -> list[str]:
+    """Tell what moves a machine whose joints carry no force: the largest torques and forces of loads and drives."""
+    largest: dict[tuple[str, str], tuple[str, float, float]] = {}
+    for kind in ("loads", "drives"):
+        for label, _, value, exact, si in words.effort_rows(shown, kind):
+            if (value["peak"] or 0.0) > largest.get((kind, si), ("", 0.0, 0.0))[1]:
+                largest[kind, si] = label, value["peak"], exact["peak"] or 0.0
+    told = list[str]()
+    for (kind, si), (label, most, rigid) in largest.items():
+        owner, _, effort = label.rpartition(" ")
+        ratio = f", {_changed(most / rigid)}" if rigid and abs(most / rigid - 1.0) >= _SAME else ""
+        told.append(f"the largest {effort} of the {kind} is {_measured(most, si)}, of {owner}{ratio}")
+    if any(one["kind"] == "gear" for one in warned):
+        return ["the joints carry no force but those of teeth or belts, which are not computed", *told]
+    moving = {name: value["peak"] for name, value in shown["outputs"].items() if value["peak"]}
+    reached = [f"{name} reaches {_measured(peak, output_unit(name, shown['drives']))}" for name, peak in moving.items()]
+    return [
+        f"no force passes through the joints{'' if told else ', and no load or drive acts'}",
+        *(told or reached[:2]),
+    ]
 
 
 def _changed(ratio: float) -> str:
@@ -175,7 +217,7 @@ def _trial(play: dict[str, Any], summary: dict[str, Any], file: str) -> str:
     joints = summary["provenance"]["experiment"].get("joints", {})
     given = {name: joint for name, joint in play.items() if name in joints}
     if not given:
-        return 'Try clearance in a joint: "linkages keys joints" lists its keys.'
+        return _trial_of_backlash(summary, file) or 'Try clearance in a joint: "linkages keys joints" lists its keys.'
     name = max(given, key=lambda name: given[name]["eccentricity_ratio"]["peak"])
     joint, values = given[name], joints[name]
 
@@ -190,6 +232,15 @@ def _trial(play: dict[str, Any], summary: dict[str, Any], file: str) -> str:
     if "viscosity" in values:
         return f"{reserve} {'thicker' if deep else 'thinner'} oil: {setting('viscosity', 2.0 if deep else 0.5)}"
     return f"{reserve} {'less' if deep else 'more'} clearance: {setting('clearance', 0.5 if deep else 2.0)}"
+
+
+def _trial_of_backlash(summary: dict[str, Any], file: str) -> str:
+    """Propose half of the first backlash; empty without one."""
+    for path, value in leaves(summary["provenance"]["experiment"]):
+        if path.endswith((".backlash.normal", ".backlash.play")):
+            half = float(rounded(0.5 * value))
+            return f"Try half of this backlash: {shlex.join(words.simulation(summary, file, {path: half}))}"
+    return ""
 
 
 def _measured(value: float, si: str) -> str:

@@ -1,66 +1,29 @@
 "use strict";
-// Enlarges a figure in a dialog: wheel and keys zoom, dragging and arrow keys move.
-(() => {
-  const dialog = document.querySelector("dialog");
-  if (!dialog) return;
-  const stage = dialog.querySelector(".stage");
-  const image = stage.querySelector("img");
-  let scale = 1, x = 0, y = 0;
-
-  function place() {
-    image.style.transform = `translate(${x}px, ${y}px) scale(${scale})`;
-  }
-  function fit() {
-    [scale, x, y] = [1, 0, 0];
-    place();
-  }
-  function zoom(factor, atX, atY) {
-    const next = Math.min(Math.max(scale * factor, 1), 12);
-    x = atX - (atX - x) * next / scale;
-    y = atY - (atY - y) * next / scale;
-    scale = next;
-    if (scale === 1) x = y = 0;
-    place();
-  }
-  function move(dx, dy) {
-    x += dx;
-    y += dy;
-    place();
-  }
-
-  for (const button of document.querySelectorAll("figure button")) {
-    button.addEventListener("click", () => {
-      const shown = button.querySelector("img");
-      image.src = shown.src;
-      image.alt = shown.alt;
-      fit();
-      dialog.showModal();
-    });
-  }
-  stage.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    const box = stage.getBoundingClientRect();
-    zoom(Math.exp(-event.deltaY / 400), event.clientX - box.left, event.clientY - box.top);
-  }, {passive: false});
-  stage.addEventListener("pointerdown", (event) => {
-    event.preventDefault();
-    stage.setPointerCapture(event.pointerId);
+// Enlarges a figure in a dialog, and ties the curves to the animation: a click takes it there, the cursor goes where it is.
+const dialog = document.querySelector("dialog"), image = dialog?.querySelector("img"), data = document.querySelector("#curve-data");
+for (const button of document.querySelectorAll("figure button")) {
+  const {src, alt} = button.querySelector("img");
+  button.addEventListener("click", () => {
+    Object.assign(image, {src, alt});
+    image.style.setProperty("--zoom", 1);
+    dialog.showModal();
   });
-  stage.addEventListener("pointermove", (event) => {
-    if (stage.hasPointerCapture(event.pointerId)) move(event.movementX, event.movementY);
+}
+dialog?.querySelectorAll("[type=button]").forEach((button, k) => button.addEventListener("click", () => {
+  const zoom = Number(image.style.getPropertyValue("--zoom")) * [1.4, 1 / 1.4][k];
+  image.style.setProperty("--zoom", Math.min(Math.max(zoom, 1), 8));
+}));
+if (data) {
+  const curves = JSON.parse(data.textContent), frame = document.querySelector("#animation iframe");
+  const {time} = curves[0].run, from = time[0], span = time.at(-1) - from;
+  const plots = drawCurves(document.querySelector("#curves .plots"), curves, (t) => frame?.contentWindow.player?.seek((t - from) / span));
+  legend(document.querySelector("#curves .key"), curves);
+  document.querySelector("#curves button").addEventListener("click", plots.all);
+  let last = null;
+  requestAnimationFrame(function follow() {
+    const part = frame?.contentWindow.player?.part() ?? null;
+    if (part !== null && part !== last) plots.point(from + part * span);
+    last = part;
+    requestAnimationFrame(follow);
   });
-  const keys = {
-    "+": () => zoom(1.4, stage.clientWidth / 2, stage.clientHeight / 2),
-    "-": () => zoom(1 / 1.4, stage.clientWidth / 2, stage.clientHeight / 2),
-    "0": fit,
-    ArrowLeft: () => move(60, 0), ArrowRight: () => move(-60, 0),
-    ArrowUp: () => move(0, 60), ArrowDown: () => move(0, -60),
-  };
-  dialog.addEventListener("keydown", (event) => {
-    const action = keys[event.key];
-    if (action) {
-      event.preventDefault();
-      action();
-    }
-  });
-})();
+}

@@ -13,11 +13,11 @@ from urllib.parse import unquote
 from markupsafe import Markup
 
 from linkages.base.errors import InputError
-from linkages.base.palette import css
 from linkages.input.files.writing import whole
 from linkages.results.measured import load_measured
 from linkages.results.trajectory import load_trajectory
-from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
+from linkages.show.plots.drawing.svg import without_notes
+from linkages.show.plots.pages import FRAME_POLICY, columns, curves, embedded, filled, own_text, page_style, script
 from linkages.show.report import answer, page_tables, words
 from linkages.show.report.result_folder import FIGURES, PICTURES, Results
 from linkages.show.report.units import as_shown
@@ -34,31 +34,89 @@ def write_page(path: Path, text: str) -> None:
         partial.write_text(text, encoding="utf-8")
 
 
-def report_page(name: str, **values: Any) -> str:
-    """Fill a template of this package, with a macro for tables."""
-    return filled(own("table.html") + own(name), style=Markup(css() + own("page.css")), **values)
+#: Parts of a page that it lacks by default.
+_NONE: dict[str, Any] = {
+    "picture": "", "facts": (), "tiles": (), "sentences": (), "remarks": (), "animation": None, "animated": "",
+    "curves": "", "about_curves": "", "about_numbers": "", "tables": (), "text": "", "about_contacts": "",
+    "figures": (), "no_figures": "", "more": (), "commands": (), "about_commands": "", "versions": (), "experiment": (),
+}  # fmt: skip
+_CONTENTS = {"numbers": "Numbers", "figures": "Figures"}
+
+
+def report_page(**parts: Any) -> str:
+    """Fill the page of reports with its parts: ``title``, ``question`` and those of `_NONE`."""
+    shown = _NONE | parts
+    moving = {name: text for name, text in (("animation", "Animation"), ("curves", "Curves")) if shown[name]}
+    contents = {"answer": "Answer"} | moving | _CONTENTS | {name: heading for name, heading, *_ in shown["more"]}
+    contents |= {"repeat": "How to repeat"} if shown["commands"] else {}
+    scripts = [script("curves")] if shown["curves"] else []
+    looks = {"style": page_style(own("page.css")), "script": Markup("".join([*scripts, own("page.js")]))}
+    return filled(own("page.html"), policy=FRAME_POLICY, contents=contents.items(), **looks, **shown)
 
 
 def render(results: Results) -> str:
     """Return the page as text."""
-    drawn = curves_of(results)
-    versions = results.summary["provenance"]["versions"]
-    elsewhere = ("python", "linkages")  # not installed like the other packages
+    summary, drawn = results.summary, curves_of(results)
+    versions, replaced = summary["provenance"]["versions"], words.overrides(summary)
+    pinned = " ".join(f"{name}=={version}" for name, version in versions.items() if name not in ("python", "linkages"))
+    shown = replace(results, summary=as_shown(summary))
+    picture, facts = _drawing(results.drawing)
+    contacts, about_contacts = _contacts(results)
     return report_page(
-        "page.html",
-        script=Markup(own("page.js")),
+        title=results.title,
+        question=answer.question(results),
+        tiles=answer.tiles(summary),
+        sentences=answer.answer(summary, results.source),
+        remarks=answer.remarks(summary),
+        picture=picture,
+        facts=facts,
+        animated="Animation",
+        animation=results.animation,
         curves=embedded(drawn) if drawn else "",
-        curves_script=Markup(script() + own("curves.js")),
-        results=results,
-        answer=answer,
-        words=words,
-        tables=page_tables,
-        shown=replace(results, summary=as_shown(results.summary)),
-        drawing=data_uri(results.drawing) if results.drawing else None,
-        figures=[_figure(path, results.summary["ideal"] is not None) for path in results.figures],
-        versions=[f"{k}=={v}" for k, v in versions.items() if k not in elsewhere],
-        python=versions.get("python", ""),
+        about_curves=words.about_curves(results),
+        about_numbers=words.about_numbers(results),
+        tables=[*(table for table in page_tables.numbers(shown) if table.rows), *contacts],
+        about_contacts=about_contacts,
+        figures=[_figure(path, summary["ideal"] is not None) for path in results.figures],
+        no_figures="the run was made with --no-plots, or the files were removed.",
+        more=[
+            (
+                "parameters",
+                "Parameters and their sources",
+                words.about_parameters(results),
+                [page_tables.parameters(results)],
+            ),
+            ("provenance", "Provenance", "", [page_tables.provenance(results), page_tables.files(results)]),
+        ],
+        commands=words.commands(results),
+        about_commands=words.about_commands(results)
+        + (f" Replaced when the run was made: {', '.join(replaced)}." if replaced else ""),
+        versions=[
+            (
+                f"The same versions of the other packages, on Python {versions.get('python', '')}:",
+                f"pip install {pinned}",
+            )
+        ],
+        experiment=(f"The experiment as it was run, a complete {results.source}", words.experiment_file(results)),
     )
+
+
+def _drawing(path: Path | None) -> tuple[Markup | str, list[str]]:
+    """Return the drawing of the machine as an element, and its properties as sentences."""
+    if path is None:
+        return "", []
+    picture, facts = without_notes(path.read_text(encoding="utf-8"))
+    source = f"data:image/svg+xml;base64,{base64.b64encode(picture.encode()).decode('ascii')}"
+    facts = [*dict.fromkeys(facts)]  # of several drives
+    return Markup('<img src="{}" alt="The machine, with its links and joints named">').format(source), facts
+
+
+def _contacts(results: Results) -> tuple[list[page_tables.PageTable], str]:
+    """Return the table of contacts, or why there is none."""
+    found = page_tables.impacts(results)
+    if found is None:
+        return [], "No joint can touch in this run, so there is no list of contacts."
+    return ([found], "") if found.rows else ([], "Joints could touch in this run, and none did.")
 
 
 def _figure(path: Path, compared: bool) -> dict[str, str]:

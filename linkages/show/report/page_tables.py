@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass
+from collections.abc import Mapping
+from dataclasses import astuple
 from typing import Any
 
 from linkages.elements.element import Element
@@ -16,10 +16,12 @@ from linkages.input.files.toml import leaves
 from linkages.input.files.unit_conversion import SLIDING
 from linkages.input.model.experiment import Experiment, value_unit
 from linkages.results.impacts import QUANTITIES
+from linkages.show.plots.names import name_of_output, sentence
 from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report import words
 from linkages.show.report.result_folder import Results
+from linkages.show.report.tables import PageTable
 
 _SHOWN = 40  # most contacts in the table
 _FILES = {
@@ -31,16 +33,6 @@ _FILES = {
     "drawing.svg": "the mechanism with labels; linkages draw makes a movable one",
     "animation.html": "the animation on a separate page",
 }
-
-
-@dataclass(frozen=True)
-class PageTable:
-    """A table; the first cell of each row is its name."""
-
-    caption: str
-    head: tuple[str, ...]
-    rows: Sequence[tuple[str, ...]]
-    text: frozenset[int] = frozenset({0})  # indices of columns with words
 
 
 def numbers(results: Results) -> list[PageTable]:
@@ -70,7 +62,7 @@ def _outputs(results: Results) -> PageTable:
         exact = ideal["outputs"][name]
         extremes = (exact["min"], exact["max"], value["min"], value["max"])
         judged = (words.change(value["peak"], exact["peak"]), error(results, f"{name}.peak"))
-        label = f"{name} [{words.unit(name, shown['drives'])}]"
+        label = f"{sentence(name_of_output(name))} [{words.unit(name, shown['drives'])}]"
         rows.append((label, *map(number, extremes), *judged, *_whole(results, f"{name}.peak")))
     head = (
         "output", "ideal min", "ideal max", "with clearance min", "with clearance max", "change of peak",
@@ -135,7 +127,8 @@ def _links(results: Results) -> PageTable | None:
     rows, shown = [], words.reported(results.summary)
     for column, rigid, value in words.link_rows(shown):
         key, values = f"{column}.peak", map(number, (rigid, value["peak"], value["time"], value.get("place")))
-        rows.append((f"{column} [{words.unit(column, {})}]", *values, error(results, key), *_whole(results, key)))
+        label = f"{sentence(name_of_output(column))} [{words.unit(column, {})}]"
+        rows.append((label, *values, error(results, key), *_whole(results, key)))
     head = ("link", "rigid links", "peak", "at [s]", f"place along the beam [{shown_unit('m')}]", "error of peak")
     return PageTable("Flexible links", (*head, *_whole(results)), rows) if rows else None
 
@@ -144,7 +137,10 @@ def _measured(results: Results) -> PageTable | None:
     """Tabulate the residuals of measured curves; None without any."""
     keys = ("peak", "rms", "largest", "time")
     found = results.summary.get("measured", {})
-    rows = [(name, one["column"], str(one["rows"]), *(number(one[key]) for key in keys)) for name, one in found.items()]
+    rows = [
+        (sentence(name_of_output(name)), one["column"], str(one["rows"]), *(number(one[key]) for key in keys))
+        for name, one in found.items()
+    ]
     head = ("output", "column", "samples", "measured peak", "rms difference", "largest difference", "at [s]")
     return PageTable("Measured less computed", head, rows, frozenset({0, 1})) if rows else None
 

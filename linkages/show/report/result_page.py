@@ -11,9 +11,10 @@ from urllib.parse import unquote
 from linkages.base.brief import counted
 from linkages.results.file_shapes import Record, WearContent
 from linkages.show.plots.style import typeset
-from linkages.show.report.page import data_uri, report_page, write_page
-from linkages.show.report.page_tables import PageTable, number
+from linkages.show.report.page import data_uri, described, report_page, write_page
+from linkages.show.report.page_tables import number
 from linkages.show.report.result_folder import PICTURES, read_json, read_page
+from linkages.show.report.tables import PageTable, page_table
 
 #: What a command was asked and what it found; content of ``linkages wear``.
 RECORD, WEAR = "record.json", "wear.json"
@@ -23,12 +24,12 @@ _HINT = "give the --out folder of a command"
 _LENGTHS = (("volume", 1e9), ("depth", 1e6), ("play", 1e6))
 WEAR_QUESTION = "How do the joints wear over the service life, and what does the wear change?"
 _CAPTIONS = {
-    "drawing": "The mechanism at the start: links, joints, drives and loads.",
+    "drawing": "The mechanism where its joints spread most: links, joints, drives and loads.",
     "wear_history": "Worn volume, depth and clearance; peaks of forces, torques and jitter over the initial peaks.",
     "sweep": "Peaks over the variable; where the motion does not repeat, of each revolution.",
     "branches": "Branches of periodic motions over the variable; unstable ones are dashed.",
     "bode": "Frequency response: magnitude and phase of each output for each input.",
-    "tornado": "Change of each peak with 1 % of each value.",
+    "matrix": "Change of each peak with 1 % of each value.",
     "mode_shapes": "Mode shapes with arbitrary amplitude.",
     "mode_frequencies": "Natural frequencies over the cycle.",
     "bearing_pressure": "Pressure in the film, unrolled.",
@@ -51,7 +52,14 @@ _CAPTIONS = {
 def write_result_report(folder: Path, path: Path) -> None:
     """Write the report of a folder with `RECORD` or `WEAR` atomically; InputError for other folders."""
     worn = read_json(folder / WEAR, WearContent, "give the --out folder of `linkages wear`") if is_worn(folder) else {}
-    record: dict[str, Any] = {"question": WEAR_QUESTION, "words": [], "versions": {}, "table": ""}
+    record: dict[str, Any] = {
+        "question": WEAR_QUESTION,
+        "words": [],
+        "versions": {},
+        "table": "",
+        "tables": [],
+        "tiles": [],
+    }
     if (folder / RECORD).is_file() or not worn:
         record |= read_json(folder / RECORD, Record, _HINT)
     if worn:
@@ -60,12 +68,19 @@ def write_result_report(folder: Path, path: Path) -> None:
     found = sorted(one for one in folder.iterdir() if one.suffix in PICTURES)
     pictures = {one.stem: one for one in found}.values()  # a figure in two formats is shown once
     text = report_page(
-        "result.html",
-        **{key: record[key] for key in ("title", "question", "answer", "versions")},
-        text=record["table"],
-        tables=[_joints(worn), _peaks(worn), _stages(worn)] if worn else [],
+        title=record["title"],
+        question=record["question"],
+        tiles=record["tiles"],
+        remarks=record["answer"],
+        text="" if worn or record["tables"] else record["table"],
+        tables=[_joints(worn), _peaks(worn), _stages(worn)] if worn else [page_table(one) for one in record["tables"]],
         animation=next((page for name in _MOVING if (page := read_page(folder / name)) is not None), None),
-        figures=[{"caption": _caption(one.stem), "source": data_uri(one)} for one in pictures],
+        figures=[
+            {"caption": _caption(one.stem), "source": data_uri(one), "answer": described(one) or _caption(one.stem)}
+            for one in pictures
+        ],
+        no_figures="there are no files in PNG or SVG format.",
+        versions=[("The versions of the packages:", "\n".join(" ".join(one) for one in record["versions"].items()))],
         commands=[shlex.join(["linkages", *words, "--out", out]), shlex.join(["linkages", "report", out])]
         if words
         else [],

@@ -13,6 +13,7 @@ import tomlkit
 from linkages.base.errors import ARGUMENT, COMMAND_LINE, Status, listed
 from linkages.input.files.magnitudes import rounded
 from linkages.results.shape import peaks_by_key
+from linkages.show.plots.names import name_of_output, sentence
 from linkages.show.plots.presentation import shown_unit
 from linkages.show.plots.style import typeset
 from linkages.show.report.result_folder import Results
@@ -91,7 +92,8 @@ def effects(summary: dict[str, Any]) -> Iterator[tuple[tuple[str, ...], list[tup
     shown, apart, film = reported(summary), [], []
     for name, value in shown.get("difference", {}).items():
         unit = shown_unit(output_unit(name, shown["drives"]))
-        apart.append((f"{name} [{unit}]", value["peak"], value["time"], percent(value["share"])))
+        label = f"{sentence(name_of_output(name))} [{unit}]"
+        apart.append((label, value["peak"], value["time"], percent(value["share"])))
     for name, joint in shown["joints"].items():
         if found := joint.get("film_thickness"):
             film.append((f"{name} [{shown_unit('m')}]", found["min"], found["time"], percent(found["share"])))
@@ -200,6 +202,48 @@ def simulation(summary: dict[str, Any], file: str, values: dict[str, Any]) -> li
     values = {path: reduce(getitem, path.split("."), given) for path in overrides(summary)} | values
     settings = [word for path, value in values.items() for word in ("--set", f"{path}={toml_value(value)}")]
     return ["linkages", "simulate", file, "--engine", summary["engine"], *settings]
+
+
+def about_curves(results: Results) -> str:
+    """Tell how the curves are read."""
+    said = "The line follows the animation. The wheel zooms in time, dragging moves, a click takes the animation there."
+    if not results.play:
+        return said
+    return (
+        f"{said} A curve that begins with a vertical line shows the start: journals begin where `offset` puts them, in"
+        " the middle of their bearings by default, and first find their place; zoom in to see it."
+    )
+
+
+def about_numbers(results: Results) -> str:
+    """Tell which numbers the tables have, and their errors."""
+    said = (
+        "Extremes are those of continuous time; a peak is the largest magnitude. Ideal joints: the same linkage without"
+        " clearance. Numbers have three digits here, all of them in summary.json, in SI units."
+    )
+    if not results.summary["error"]:
+        return f"{said} The errors of this run were not estimated."
+    said += " The error of a peak is its change when the run is repeated at a ten times tighter tolerance."
+    if any(joint.get("model") == "dry" for joint in results.play.values()):
+        said += (
+            " Dry joints are chaotic: once the two runs have parted, their difference says nothing about the accuracy"
+            " of either."
+        )
+    return said
+
+
+def about_parameters(results: Results) -> str:
+    """Tell where the sources of values stand."""
+    return (
+        "The source of a value is the comment after it in the experiment's file. Lengths, masses and bearings are those"
+        f" of {results.experiment['mechanism']}, which gives their sources too."
+    )
+
+
+def about_commands(results: Results) -> str:
+    """Tell where the commands run."""
+    files = f"{results.source} and {results.experiment['mechanism']}"
+    return f"In a folder with {files} (files that come with the package are found by their names):"
 
 
 def overrides(summary: dict[str, Any]) -> list[str]:

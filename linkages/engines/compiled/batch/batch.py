@@ -19,6 +19,7 @@ from linkages.engines.compiled.batch.designs import designs_of
 from linkages.engines.compiled.batch.runs import STATISTICS_WITH_RATES, Runs, differentiate_runs
 from linkages.engines.compiled.batch.statistics import STATISTICS
 from linkages.engines.compiled.effects import check_differentiated, check_varied
+from linkages.engines.numerics import BATCH_OF_RUNS
 from linkages.results.derivatives import Wrt
 from linkages.results.outputs.registry import default_outputs, pack
 from linkages.system import System
@@ -26,8 +27,6 @@ from linkages.system import System
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-_OF_RUNS = 0.1  # part of the time of a batch with derivatives that its runs take
 
 
 @dataclass(frozen=True, repr=False)
@@ -276,7 +275,7 @@ def run_batch(
     if np.any(np.diff(times) <= 0.0) or np.any((times < 0.0) | (times > system.settings.duration)):
         raise InputError("argument", "samples", "must be increasing times within the run")
     runs = Runs(designs, table, times)
-    share = _OF_RUNS if wrt else 1.0
+    share = BATCH_OF_RUNS if wrt else 1.0
     bounds = None if limits is None else fitting(limits, len(variables), "limits", "variables")
     if bounds is not None and (len(bounds) != 2 or not np.isfinite(bounds).all()):
         raise InputError("argument", "limits", "must have two lines, the ends of the ranges, of finite numbers")

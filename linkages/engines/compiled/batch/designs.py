@@ -19,13 +19,12 @@ from linkages.base.errors import AssemblyError, InputError
 from linkages.base.kernel import Array, Indices
 from linkages.base.kernel.block import Block, Contents, contents
 from linkages.engines.budget import most
-from linkages.engines.compiled.batch.lengths import Example, Lengths, Start, fill_starts, start_of
+from linkages.engines.compiled.batch.lengths import Lengths, Start, example_of, fill_starts, start_of
 from linkages.engines.compiled.batch.statistics import run_rows
 from linkages.engines.compiled.run.job import END, Given, Job, make_given, make_job
 from linkages.results.outputs.registry import pack, packer
 from linkages.system import System
-from linkages.system.system import keeps_start
-from linkages.system.tree import joint_ends
+from linkages.system.replacing import keeps_start
 
 _PART, _BEGIN = 0.618, 0.01  # of the way from the least to the greatest value
 
@@ -177,7 +176,7 @@ class Designs:
             words, structure = contents(self._given(system, windows))
             if structure != contents(nominal).structure:
                 return None
-            examples.append(Example(values, words, joint_ends(system.joints.values())))
+            examples.append(example_of(system, values, words))
         lengths = Lengths(self.system, examples, start)
         found, _ = Bench(nominal).started(lengths, np.array(table))
         return lengths if lengths.fits(found) else None

@@ -15,14 +15,13 @@ import numpy as np
 
 from linkages.base.kernel import Array, Indices, kernel
 from linkages.engines.compiled.run.job import Job
-from linkages.engines.compiled.run.model import error_scale
+from linkages.engines.compiled.run.model import clearances, error_scale
+from linkages.engines.numerics import LENGTHS_NEAR
 from linkages.input.files.raw_model import TURN, on_grid
 from linkages.mechanics.planar.closure import approach, close, closure_quality, consistent_rates
 from linkages.system import System
 from linkages.system.assembly import SINGULAR, continuation
-from linkages.system.tree import extent_of
-
-_NEAR = 2.0  # largest error of the difference of two places, in parts of the grid
+from linkages.system.tree import extent_of, joint_ends
 
 
 class Example(NamedTuple):
@@ -31,6 +30,12 @@ class Example(NamedTuple):
     values: Array  # (nv,)
     words: Indices  # its numbers
     ends: Array  # of its joints in the reference configuration, (np, 2) [m]
+    clearances: Array  # `linkages.engines.compiled.run.model.clearances`, (nj,) [m]
+
+
+def example_of(system: System, values: Array, words: Indices) -> Example:
+    """Return a design that was built of values (nv,), with its numbers."""
+    return Example(values, words, joint_ends(system.joints.values()), clearances(system))
 
 
 class Start(NamedTuple):
@@ -45,7 +50,7 @@ class Start(NamedTuple):
 def start_of(system: System) -> Start | None:
     """Return what the start follows from; None unless it is the loops and the motions of drives."""
     tree = system.tree
-    if system.settings.start != "centred" or tree.flexible or tree.powered:
+    if not system.starts_unloaded or tree.powered:
         return None
     if not tree.driven or math.isnan(system.assembly.quality):
         return None
@@ -81,6 +86,9 @@ class Lengths:
         self._known = words[:, self.columns]
         numbers = self._known[:, states:].view(np.float64)
         ends = np.stack([example.ends for example in examples])
+        play = np.stack([example.clearances for example in examples])
+        given = (play[:, :, None] == values[:, None, :]).all(axis=0)  # clearances that are values
+        self._play, self._is_given, self._given = play[0], given.any(axis=1), given.argmax(axis=1)
         same = (numbers[:, :, None] == self._others(values, ends)[:, None, :]).all(axis=0)
         self._is_other, self._other = same.any(axis=1), same.argmax(axis=1)
         self._slopes = np.zeros((values.shape[1], numbers.shape[1] + ends[0].size))
@@ -90,7 +98,7 @@ class Lengths:
         for k, slopes in enumerate(self._slopes):
             (low, high), step = places[1 + 2 * k : 3 + 2 * k], values[2 + 2 * k, k] - values[1 + 2 * k, k]
             if step > 0.0:
-                slopes[:] = _nearest(known, (high - low) / step, _NEAR * self._grid / step)
+                slopes[:] = _nearest(known, (high - low) / step, LENGTHS_NEAR * self._grid / step)
         self._base = np.zeros(places.shape[1])
         self._base = places[0] - self._places(values[:1])[0]
         largest = np.abs(np.where(self._is_other, 0.0, numbers)).max(initial=np.abs(ends).max())
@@ -116,7 +124,8 @@ class Lengths:
     def _others(self, table: Array, ends: Array) -> Array:
         """Compute numbers that are no places, from values (m, nv) and the ends of joints (m, np, 2)."""
         size, accuracy = extent_of(ends), self._system.settings.accuracy
-        return np.hstack([table, size[:, None], accuracy * error_scale(self._system, size)])
+        play = np.where(self._is_given, table[:, self._given], self._play)
+        return np.hstack([table, size[:, None], accuracy * error_scale(self._system, size, play)])
 
 
 def _nearest(known: Array, found: Array, error: float) -> Array:

@@ -18,6 +18,7 @@ from linkages.engines.compiled.derivatives.neighbours import neighbours
 from linkages.engines.compiled.run.job import Given
 from linkages.engines.compiled.run.runner import STATUS
 from linkages.engines.compiled.simulation import simulate
+from linkages.engines.numerics import RUNS_AT_ONCE, RUNS_PARTS, RUNS_PATIENCE
 from linkages.engines.threads import in_threads
 from linkages.mechanics.integrate.driver import DONE
 from linkages.results.derivatives import NO_RUN, REFUSED, Direction
@@ -26,10 +27,6 @@ from linkages.system.ideal_motion import cause
 
 #: Statistics of a batch with derivatives.
 STATISTICS_WITH_RATES = ("minimum", "maximum", "peak", "mean", "rms", "last")
-
-_AT_ONCE = 16  # most runs in one call of compiled code
-_PARTS = 4  # calls for each thread, at least
-_PATIENCE = 0.3  # longest time that a thread waits to build alone [s]: a design may need a film map of seconds
 
 
 class Runs:
@@ -70,8 +67,8 @@ class Runs:
         """Run all designs, in threads; values of later tables may lie within `limits` (2, nv)."""
         self.designs.compare(self.table, limits)
         rows = np.arange(len(self.table))
-        share = len(rows) // (_PARTS * (threads or processors()))  # all threads end at about the same time
-        size = min(max(share, 1), _AT_ONCE)
+        share = len(rows) // (RUNS_PARTS * (threads or processors()))  # all threads end at about the same time
+        size = min(max(share, 1), RUNS_AT_ONCE)
         parts = [rows[first : first + size] for first in range(0, len(rows), size)]
         look = None if progress is None else lambda: progress(self._done())
         in_threads(lambda k: self._run(parts[k]), len(parts), threads, look, self._end)
@@ -103,7 +100,7 @@ class Runs:
 
     def _prepared(self, rows: Indices, benches: ExitStack) -> list[tuple[Bench, Indices, Indices, Indices]]:
         """Build the designs of some rows; return the arguments of `_use` for the designs of each structure."""
-        alone = len(rows) > 0 and self._building.acquire(timeout=_PATIENCE)
+        alone = len(rows) > 0 and self._building.acquire(timeout=RUNS_PATIENCE)
         try:
             result = []
             for group in self._built(rows).values():

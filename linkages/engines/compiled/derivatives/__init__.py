@@ -6,7 +6,7 @@
 | step_derivatives   | a step of a run, differentiated                                                   |
 | event_derivatives  | start and end of a contact, differentiated                                        |
 | run_derivatives    | a run, differentiated at its steps and at any times                               |
-| neighbours         | systems at neighbouring values, and derivatives of their numbers                  |
+| neighbours         | derivatives of a system's numbers: the register, systems at neighbouring values   |
 | start_derivatives  | derivatives of the state at t = 0                                                 |
 | output_derivatives | derivatives of outputs                                                            |
 | sensitivity        | `differentiate`: derivatives of a finished run                                    |

@@ -37,7 +37,8 @@ class OutputTable:
     def __init__(
         self, system: System, wanted: Sequence[str] | None, nearby: Sequence[Neighbours], ideals: IdealMotions
     ) -> None:
-        self._ideals, self._nearby, self.names = ideals, nearby, _all_names(system) if wanted is None else list(wanted)
+        self._system, self._ideals, self._nearby = system, ideals, nearby
+        self.names = _all_names(system) if wanted is None else list(wanted)
         read, n = packer(system, self.names), size_of(system.arrays)
         records = read(system)
         self._table, self._memory = make_dual_table(system.arrays, records, n)
@@ -50,8 +51,10 @@ class OutputTable:
         self._given = bool(records["forces"].any()), make_snapshot(system.arrays, n)
         self._jitter = [k for k, one in enumerate(records) if one["jitter"]]
 
-    def derivatives(self, times: Array, state: Sequence[Array], change: Sequence[Array]) -> dict[str, Columns]:
-        """Differentiate the outputs, by the path of the value.
+    def evaluate(
+        self, times: Array, state: Sequence[Array], change: Sequence[Array]
+    ) -> tuple[Columns, dict[str, Columns]]:
+        """Compute the outputs, and their derivatives by the path of the value.
 
         Parameters
         ----------
@@ -60,23 +63,28 @@ class OutputTable:
             Coordinates, rates, accelerations (nt, n) and contacts (nt, nc, WIDTH), and their derivatives, see
             `linkages.engines.compiled.derivatives.run_derivatives.Changes`.
         """
-        result = np.zeros((len(self._nearby), len(self.names), len(times)))
+        values = np.zeros((len(self.names), len(times)))
+        result = np.zeros((len(self._nearby), *values.shape))
         fill: Callable[..., None] | None = None
         for first in range(0, len(result), DIRECTIONS):
             part = slice(first, first + DIRECTIONS)
             self._memory[:, 1:] = 0.0
             for k, (places, rates) in enumerate(self._changes[part], 1):
                 self._memory[places, k] = rates
-            given = self._table, *self._given, np.asarray(times, np.float64), *state, *change, first
+            given = self._table, *self._given, np.asarray(times, np.float64), *state, *change, first, values
             fill = fill or cast(Callable[..., None], bound(slopes, *given, result[part]))
             fill(*given, result[part])
         if self._jitter:
             plain = [self.names[k].removesuffix(JITTER) for k in self._jitter]
+            values[self._jitter] -= self._ideals(self._system, times, plain)
             for near, rows in zip(self._nearby, result, strict=True):
                 rows[self._jitter] -= near.derivative(lambda one: self._ideals(one, times, plain))
-        return {
-            near.path: dict(zip(self.names, rows, strict=True)) for near, rows in zip(self._nearby, result, strict=True)
+        return self._named(values), {
+            near.path: self._named(rows) for near, rows in zip(self._nearby, result, strict=True)
         }
+
+    def _named(self, rows: Array) -> Columns:
+        return dict(zip(self.names, rows, strict=True))
 
 
 def _all_names(system: System) -> list[str]:

@@ -15,7 +15,7 @@ from linkages.engines.compiled.run.jacobian import inertia
 from linkages.engines.compiled.run.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.run.replay import remember, replay
 from linkages.mechanics.integrate.factor import back_substitute, factorise
-from linkages.mechanics.integrate.stepper import copy
+from linkages.mechanics.integrate.stepper import copy, restart
 from linkages.mechanics.planar.contact_memory import is_latched_anew
 from linkages.mechanics.planar.motion import last_start
 
@@ -31,6 +31,15 @@ class Changes(NamedTuple):
     rates: Array
     accelerations: Array
     contacts: Array  # (nt, nc, WIDTH, np)
+
+
+class States(NamedTuple):
+    """States of a run at nt times: n coordinates, their rates and accelerations, and contacts."""
+
+    coordinates: Array  # (nt, n)
+    rates: Array
+    accelerations: Array
+    contacts: Array  # (nt, nc, WIDTH)
 
 
 class AtSteps(NamedTuple):
@@ -161,31 +170,53 @@ def _factorise_here(run: Run, t: float, y: Array, c: Column) -> bool:
 
 
 @kernel(makes_arrays=True)
-def differentiate_states(run: Run, c: Column, known: int, found: AtSteps, times: Array, out: Changes) -> None:
-    """Fill the derivatives of a run's coordinates and contacts at any times, where they are known.
+def differentiate_states(
+    run: Run, c: Column, known: int, found: AtSteps, times: Array, states: States, out: Changes
+) -> None:
+    """Fill a run's coordinates and contacts at any times, and their derivatives where these are known.
+
+    The stages that give a state also give its derivatives, unless the step is divided for these.
 
     Parameters
     ----------
+    c : Column
+        Of the last columns of ``found``, those of the values among them.
     known : int
         Number of steps at which the columns are known.
     found : AtSteps
     times : (nt,) array
+    states : States
     out : Changes
     """
-    steps, y = run.steps, c.y.copy()
+    equations, steps, y = run.equations, run.steps, c.y.copy()
+    closed, w = len(equations.model.rows) == 0, equations.work.dynamics
+    restart(run.stepper)
     for i in range(len(times)):
         t = times[i]
+        attempts = replay(equations, run.stepper, run.tolerance, steps, t, y)
+        copy(w.q, states.coordinates[i])
+        copy(w.v, states.rates[i])
+        copy(w.a, states.accelerations[i])
+        for k in range(states.contacts.shape[1]):
+            copy(equations.work.contacts[k], states.contacts[i, k])
         k = last_start(steps.times, len(steps.times), t)
         if k >= known:
             continue
-        for row in range(len(y)):
-            copy(found.states[k, row], c.before[row])
-        for row in range(len(c.remembered)):
-            copy(found.memory[k, row], c.remembered[row])
-        c.ended[0] = math.nan
-        good = advance(run, c, k, t)
-        replay(run.equations, run.stepper, run.tolerance, steps, t, y)
-        if good and len(run.equations.model.rows):
-            close_columns(run.equations, run.variation, t, y, c)
+        _take_columns(found, k, c)
+        at_hand = attempts == 1 and not len(run.kinks)
+        good = advance(run, c, k, t, at_hand)
+        if good and not closed:
+            close_columns(equations, run.variation, t, y, c)
         if good:
-            _set_changes(run, t, y, False, c, i, out)
+            _set_changes(run, t, y, at_hand and closed and equations.implicit, c, i, out)
+
+
+@kernel
+def _take_columns(found: AtSteps, k: int, c: Column) -> None:
+    """Fill the columns at the start of step k with the last ones of those that are known."""
+    first = found.states.shape[2] - c.before.shape[1]
+    for row in range(len(c.before)):
+        copy(found.states[k, row, first:], c.before[row])
+    for row in range(len(c.remembered)):
+        copy(found.memory[k, row, first:], c.remembered[row])
+    c.ended[0] = math.nan

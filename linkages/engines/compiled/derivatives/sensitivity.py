@@ -24,6 +24,7 @@ from linkages.engines.compiled.derivatives.run_derivatives import (
     SINGULAR,
     AtSteps,
     Changes,
+    States,
     differentiate_run,
     differentiate_states,
 )
@@ -33,6 +34,7 @@ from linkages.engines.compiled.run.job import make_given
 from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.replay import Steps
 from linkages.engines.compiled.run.runner import Runner
+from linkages.engines.numerics import SENSITIVITY_AT_ONCE, SENSITIVITY_FELT, SENSITIVITY_FINE
 from linkages.laws.states import LATCHED
 from linkages.mechanics.integrate.stepper import make_stepper
 from linkages.mechanics.planar.arrays import size_of
@@ -40,9 +42,6 @@ from linkages.mechanics.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 from linkages.results.outputs.columns import Columns
 from linkages.results.outputs.registry import pack
-
-_FINE = 1e-10  # accuracy of runs below which a grade of 3 has more than 1 % of the error of the run
-_FELT = 0.01  # part of its scale by which an error of a run may change the state while derivatives have a meaning
 
 
 class Sensitivity(NamedTuple):
@@ -99,7 +98,7 @@ class Differentiation:
         steps, depths = packed(steps), np.zeros((len(steps.times) * bool(system.touching.any()), len(system.touching)))
         find_depths(equations, steps, depths)
         settings = runner.tolerance, steps, kinks(system), runner.start, depths
-        grade = 2.0 if system.settings.accuracy < _FINE else 3.0
+        grade = 2.0 if system.settings.accuracy < SENSITIVITY_FINE else 3.0
         self._run = packed(Run(equations, variation, stepper, *settings, grade))
         self._ideals = IdealMotions()
 
@@ -141,7 +140,7 @@ class Differentiation:
         own = found.states.shape[2] - len(self._nearby)  # columns of the state itself end there
         growth = np.abs(found.states[:, :, own - ny : own] * scale / scale[:, None]).max(axis=(1, 2), initial=0.0)
         accuracy = self.runner.system.settings.accuracy
-        beyond = np.flatnonzero(accuracy * growth[: found.known] > _FELT)
+        beyond = np.flatnonzero(accuracy * growth[: found.known] > SENSITIVITY_FELT)
         if not len(beyond):
             return found
         found.states[beyond[0] :], found.memory[beyond[0] :] = np.nan, np.nan
@@ -149,46 +148,45 @@ class Differentiation:
             changes[beyond[0] :] = np.nan
         return found._replace(known=int(beyond[0]), status=_BEYOND)
 
-    def changes(self, times: Array) -> Changes:
-        """Differentiate coordinates and contacts at any times of the run."""
+    def states_and_changes(self, times: Array) -> tuple[States, Changes]:
+        """Return coordinates and contacts at any times of the run, and their derivatives."""
         found, places = self.columns, np.searchsorted(self.steps.times, times, "right") - 1
-        if np.array_equal(self.steps.times, times):
-            return found.changes
         if np.array_equal(self.steps.times[places], times):
-            return Changes._make(one[places] for one in found.changes)
-        out, column = self._changes(len(times)), packed(self._column(found.states.shape[2]))
+            states = States._make(self.runner.evaluate(self.steps, times))
+            return states, Changes._make(one[places] for one in found.changes)
+        states, out = self._states(len(times)), self._changes(len(times))
+        column = packed(self._column(max(len(self._nearby), LANES)))
         at_steps = packed(AtSteps(found.states, found.memory, found.event, found.event_times, found.changes))
-        differentiate_states(self._run, column, found.known, at_steps, np.asarray(times, np.float64), packed(out))
-        return out
+        given = self._run, column, found.known, at_steps, np.asarray(times, np.float64)
+        differentiate_states(*given, packed(states), packed(out))
+        return states, out
 
-    def outputs(
-        self, times: Array, names: Sequence[str] | None = None, states: Sequence[Array] | None = None
-    ) -> dict[str, Columns]:
-        """Compute the derivatives of outputs at any times of the run, by path; with the states there if known."""
+    def _states(self, nt: int) -> States:
+        n, nc = size_of(self.runner.model), len(self.runner.model.ends)
+        return States(np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH)))
+
+    def outputs(self, times: Array, names: Sequence[str] | None = None) -> tuple[Columns, dict[str, Columns]]:
+        """Compute outputs at any times of the run, and their derivatives by path."""
         table = OutputTable(self.runner.system, names, self._nearby, self._ideals)
-        if states:
-            return table.derivatives(times, states, self.changes(times))
-        parts = [
-            table.derivatives(part, self.runner.evaluate(self.steps, part), self.changes(part))
-            for part in np.array_split(times, -(-len(times) // _AT_ONCE) or 1)  # changes of all states take memory
-        ]
-        return {
-            path: {name: np.concatenate([part[path][name] for part in parts]) for name in columns}
-            for path, columns in parts[0].items()
-        }
+        count = -(-len(times) // SENSITIVITY_AT_ONCE) or 1  # changes of all states take memory
+        parts = [table.evaluate(part, *self.states_and_changes(part)) for part in np.array_split(times, count)]
+        values = _joined([own for own, _ in parts])
+        return values, {near.path: _joined([rates[near.path] for _, rates in parts]) for near in self._nearby}
 
-    def derivatives(
-        self, times: Array, names: Sequence[str] | None = None, states: Sequence[Array] | None = None
-    ) -> Derivatives:
-        """Return the derivatives of outputs, by default of all, at times of the run; with the states there if known."""
+    def derivatives(self, times: Array, names: Sequence[str] | None = None) -> Derivatives:
+        """Return the derivatives of outputs, by default of all, at times of the run."""
         found = self.columns
         until = float(self.steps.times[found.known - 1]) if found.known else -np.inf
-        evaluate = Dense(partial(self.outputs, names=names), float(times[0]), float(times[-1]))
-        return Derivatives(self.outputs(times, names, states), _STATUS[found.status], until, evaluate)
+        with_values = Dense(partial(self.outputs, names=names), float(times[0]), float(times[-1]))
+        return Derivatives(tuple(near.path for near in self._nearby), _STATUS[found.status], until, times, with_values)
+
+
+def _joined(parts: Sequence[Columns]) -> Columns:
+    """Join columns of parts of the times."""
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 _BEYOND = 3
-_AT_ONCE = 2000  # most times of one evaluation
 _STATUS = {KNOWN: OK, SINGULAR: STUCK, GRAZED: GRAZING, _BEYOND: HORIZON}
 
 

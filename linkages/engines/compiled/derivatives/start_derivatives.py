@@ -13,16 +13,14 @@ from linkages.base.kernel.dual import DIRECTIONS, dual_array
 from linkages.base.kernel.dual_copy import DualCopy
 from linkages.engines.compiled.derivatives.neighbours import Neighbours
 from linkages.engines.compiled.run.model import start_state
+from linkages.engines.numerics import START_DERIVATIVES_DEPENDENT, START_DERIVATIVES_LEFT
 from linkages.mechanics.planar.bodies import Bodies, make_motion, make_pose
 from linkages.mechanics.planar.closure import jacobian_at
 from linkages.mechanics.planar.closure_rows import row_rate, row_value
 from linkages.mechanics.planar.kinematics import body_states
 from linkages.system import System
-from linkages.system.system import keeps_start
+from linkages.system.replacing import keeps_start
 from linkages.system.tree import without
-
-_DEPENDENT = 1e-11  # singular values of dependent rows, in parts of the largest, are below
-_LEFT = 1e-9  # largest change of the closure rows that the coordinates leave, in parts of the largest without them
 
 
 class Closure(NamedTuple):
@@ -61,12 +59,12 @@ def start_derivatives(system: System, nearby: Sequence[Neighbours]) -> Array:
     Where the loops of the tree and the drives alone determine the position, the closure rows with dual numbers give the
     change of coordinates and rates that keeps them closed. Otherwise neighbouring systems are assembled.
     """
-    tree, centred = system.tree, system.settings.start == "centred"
-    determined = centred and not tree.flexible and not (tree.powered and (tree.play or tree.loose))
+    tree, unloaded = system.tree, system.starts_unloaded
+    determined = unloaded and not (tree.powered and (tree.play or tree.loose))
     determined = determined and bool(np.isfinite(system.assembly.quality))
     found = np.zeros((len(nearby), len(start_state(system))))
-    kept = centred and not tree.flexible  # otherwise masses and laws change the start
-    moved = [k for k, near in enumerate(nearby) if not (kept and all(map(keeps_start, near.along)))]
+    # in other machines masses and laws change the start
+    moved = [k for k, near in enumerate(nearby) if not (unloaded and all(map(keeps_start, near.along)))]
     for first in range(0, len(moved), DIRECTIONS):
         part = moved[first : first + DIRECTIONS]
         followed = _followed(system, [nearby[k] for k in part]) if determined else None
@@ -96,8 +94,8 @@ def _followed(system: System, nearby: Sequence[Neighbours]) -> Array | None:
     start.q[moved], start.v[moved] = closure.value.places, closure.value.speeds
     for x, changes in zip((start.q, start.v), errors.view(np.ndarray)[:, :, 1:], strict=True):
         _set_errors(start)
-        found = np.linalg.lstsq(inner, -changes, _DEPENDENT)[0]
-        if np.abs(inner @ found + changes).max(initial=0.0) > _LEFT * np.abs(changes).max(initial=0.0):
+        found = np.linalg.lstsq(inner, -changes, START_DERIVATIVES_DEPENDENT)[0]
+        if np.abs(inner @ found + changes).max(initial=0.0) > START_DERIVATIVES_LEFT * np.abs(changes).max(initial=0.0):
             return None
         x[free, 1:] = found
     both = np.concatenate([start.q[tree.free_dofs], start.v[tree.free_dofs]])

@@ -139,11 +139,11 @@ def _attempted(
 
 
 @kernel(makes_arrays=True)
-def advance(run: Run, c: Column, k: int, t: float) -> bool:
+def advance(run: Run, c: Column, k: int, t: float, at_hand: bool = False) -> bool:
     """Take the columns ``before`` from the start of step k to time t within it; False if they cannot be had.
 
     The step is divided at kinks, and graded near the start and the end of a contact. A whole step whose stages were
-    recorded is not repeated.
+    recorded is not repeated, nor a step to time t whose stages the stepper has ``at_hand``.
     """
     equations, variation, s, steps, limits = run.equations, run.variation, run.stepper, run.steps, run.kinks
     now = steps.times[k]
@@ -151,11 +151,12 @@ def advance(run: Run, c: Column, k: int, t: float) -> bool:
     if not t > now:
         return True
     y = steps.states[k].copy()
-    copy(run.tolerance, s.scale)
-    restart(s)
+    if not at_hand:
+        copy(run.tolerance, s.scale)
+        restart(s)
     size, points, end = steps.times[k + 1] - now, around(steps.times, k), steps.times[k + 1]
     first, last = _grades(equations, run.depths, k)
-    recalled = not len(limits) and _recall(equations, steps, k, t, s)
+    recalled = at_hand or (not len(limits) and _recall(equations, steps, k, t, s))
     if equations.implicit and c.ended[0] == now and not recalled:
         _resume(s, c)
     least = _TICK * end

@@ -252,10 +252,10 @@ def close(model: Arrays, w: Workspace, s: Scratch, tau: Array, rows: Array, dire
     s.tau[:] = 0.0
     s.a[:] = 0.0
     w.bias[:] = 0.0
-    w.modal_bias[:] = 0.0
+    w.shape_bias[:] = 0.0
     for i in range(len(model.free)):
         s.tau[model.free[i]] = slope(tau[model.free[i]], direction)
-    acceleration_response(model.bodies, w, w.bias, w.modal_bias, s.tau, s.a)
+    acceleration_response(model.bodies, w, w.bias, w.shape_bias, s.tau, s.a)
     for k in range(len(model.rows)):
         w.row_error[k] = -row_acceleration(model.rows[k], w.pose, w.zero_velocity, w.response)
         w.row_error[k] -= slope(rows[k], direction)

@@ -11,15 +11,13 @@ from linkages.engines.budget import least_advance, most
 from linkages.engines.compiled.run.kinks import kinks
 from linkages.engines.compiled.run.model import KINKS, Equations, error_scale, make_work, start_state
 from linkages.engines.methods import method
+from linkages.engines.numerics import JOB_FEWEST, JOB_TRAVEL
 from linkages.input.model.experiment_tables import IMPLICIT
 from linkages.mechanics.integrate.stepper import Stepper, make_stepper
 from linkages.mechanics.planar.arrays import Arrays, size_of
 from linkages.mechanics.planar.contact_memory import make_memory
 from linkages.mechanics.planar.workspace import Workspace, make_workspace
 from linkages.system import System
-
-_TRAVEL = 0.1  # largest travel of the fastest drive in a step of a prescribed motion [rad or m]
-_FEWEST = 200  # steps of a prescribed motion, as many as the ideal motion has times: its loads may vary faster
 
 #: Accuracy of runs from which on steps may cross kinks if they are not differentiated, and differences of the second
 #: order, with errors of 1e-7, are as exact as their derivatives need.
@@ -123,6 +121,7 @@ def make_job(given: Given, memory: Array | None = None, modes: Indices | None = 
 def _longest(system: System) -> float:
     """Longest step [s]: a prescribed motion needs no steps, but extremes are searched for between them."""
     duration = system.settings.duration
-    if not system.determinate or system.tree.play or system.tree.flexible:
+    if not system.determinate or system.tree.play or system.tree.deformable:
         return duration
-    return min(duration / _FEWEST, _TRAVEL * duration / system.drive_travel if system.drive_travel > 0.0 else np.inf)
+    longest = JOB_TRAVEL * duration / system.drive_travel if system.drive_travel > 0.0 else np.inf
+    return min(duration / JOB_FEWEST, longest)

@@ -80,7 +80,7 @@ class Scratch(NamedTuple):
 
 
 #: Arrays of a workspace that follow from rates; the coordinates and the poses do not.
-_OF_RATES = "v", "tau", "vel", "acc", "wrench", "bias", "modal_bias"
+_OF_RATES = "v", "tau", "vel", "acc", "wrench", "bias", "shape_bias"
 
 
 def make_scratch(w: Workspace, nc: int, reactive: ReactiveLoads) -> Scratch:
@@ -154,26 +154,31 @@ def start_state(system: System) -> Array:
     return np.concatenate([assembly.q[free], assembly.v[free], system.law_states.starts, system.start_states])
 
 
-def error_scale(system: System, extent: Array | float | None = None) -> Array:
+def clearances(system: System) -> Array:
+    """Return the clearance of the joint of each end of a contact, infinite without one, (nj,) [m]."""
+    return np.array([joint.clearance or np.inf for joint in system.models])
+
+
+def error_scale(system: System, extent: Array | float | None = None, play: Array | None = None) -> Array:
     """Return the scale of an error of each entry of the state, (..., ny).
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
     length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`); states of
-    laws by their magnitude; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, default
-    its own [m].
+    laws by their magnitude; vibrations see `_limit_vibrations`. `extent` (...) has the length of the linkage, `play`
+    (..., nj) its `clearances`; default its own [m].
     """
     size = np.asarray(system.tree.extent if extent is None else extent)[..., None]
     turns = limits_a_row(system.ends) & (system.ends["row"]["term"]["kind"] == ANGLE)
-    counts, lever = (_TOUCH if joint.can_touch else _FILM for joint in system.models), system.ends["lever"]
-    least = np.array([n * (joint.clearance or np.inf) for n, joint in zip(counts, system.models, strict=True)])
+    counts, lever = [_TOUCH if joint.can_touch else _FILM for joint in system.models], system.ends["lever"]
+    least = np.array(counts) * (clearances(system) if play is None else play)
     length = np.minimum(size, (least * np.where(turns, size / lever, 1.0)).min(axis=-1, initial=np.inf, keepdims=True))
     angle = (least / np.where(turns, lever, size)).min(axis=-1, initial=1.0, keepdims=True)
     position = np.repeat(length, len(system.tree.free_dofs), axis=-1)
     position[..., system.tree.free_angles] = angle
     rate = system.motion_rate * position
     resolved = system.settings.resolve_vibrations or not is_implicit(system)
-    if len(system.tree.modal_frequencies) and resolved:
+    if len(system.tree.shape_frequencies) and resolved:
         _limit_vibrations(system, size, position, rate)
     others = np.concatenate([system.law_states.scales, system.state_scales])
     others = np.broadcast_to(others, (*size.shape[:-1], len(others)))
@@ -181,18 +186,18 @@ def error_scale(system: System, extent: Array | float | None = None) -> Array:
 
 
 def _limit_vibrations(system: System, size: Array, position: Array, rate: Array) -> None:
-    """Limit the scales of modal coordinates, the last ones, and of their rates (..., n).
+    """Limit the scales of shape coordinates, the last ones, and of their rates (..., n).
 
     A mode that limits the steps of an explicit method vibrates with an amplitude as large as its tolerance. So it may
     err by its static deflection under the accelerations of the motion and of gravity, its rate by the same times its
     frequency. An implicit method damps such modes, and omits vibrations that carry up to 0.3 % of a force in slow
     machines, unless ``solver.resolve_vibrations`` asks for them. `size` (..., 1) is the length of the linkage [m].
     """
-    frequencies = system.tree.modal_frequencies
+    frequencies = system.tree.shape_frequencies
     acceleration = size * system.motion_rate**2 + np.linalg.norm(system.gravity)
     for scale, largest in (position, acceleration / frequencies**2), (rate, acceleration / frequencies):
-        modal = scale[..., -len(frequencies) :]
-        np.minimum(modal, largest, out=modal)
+        of_shapes = scale[..., -len(frequencies) :]
+        np.minimum(of_shapes, largest, out=of_shapes)
 
 
 def per_length(system: System) -> Array:

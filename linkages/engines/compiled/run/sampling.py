@@ -39,7 +39,7 @@ def look(job: Job, t: float, out: Array) -> bool:
             load_outputs(loads_of(model), work.reactive.efforts, t, w.v, w.pose, w.vel, work.applied)
         tell_elements(model.elements, functions_of(model), t, w.v, len(model.loads), w.pose, w.vel, work.applied)
     if job.with_forces:
-        inertial_forces(model.bodies, w, model.gravity, w.bias, w.modal_bias)
+        inertial_forces(model.bodies, w, model.gravity, w.bias, w.shape_bias)
         if w.interpolated[0] > 0.0:  # the reactions belong to a neighbouring state
             row_reactions(model, w)
         joint_forces(model, w, work.contacts, work.forces, work.efforts)

@@ -9,8 +9,6 @@ is fixed to its slot, whose axis is along x.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Cylinder, Rgba
@@ -18,41 +16,14 @@ from pydrake.geometry import Cylinder, Rgba
 from linkages.base.arrays import Array
 from linkages.input.files.magnitudes import rounded
 from linkages.results.assessment import Assessment
-from linkages.show.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, MagnifiedView, closed, strongest
+from linkages.show.plots.animation.magnified import BODY, DARK, FLOOR, WALL, MagnifiedView
+from linkages.show.plots.instants import GAP, HEIGHT, LENGTH, guide_frames, journal_frames
 from linkages.system.tree import CORNERS
 
 _RING = 0.16  # drawn thickness of the bearing over the view's radius
 _ORBIT_POINTS = 3000
 _ORBIT = Rgba(0.0, 0.35, 0.65, 1.0)
-_LENGTH, _HEIGHT = 0.8, 0.3  # half the drawn block's sides over the view's radius
 _SLOT = 1.25  # half the drawn slot's length
-
-
-@dataclass(frozen=True)
-class JournalFrames:
-    """The motion of a journal, frame by frame."""
-
-    e: Array  # (n, 2) eccentricity over clearance, plane axes [1]
-    force: Array  # (n, 2) force on the journal [N]
-    touching: NDArray[np.bool_]  # (n,) whether journal and bearing touch within the frame
-    journal: Array  # (n,) angle of the body with the journal [rad]
-    bearing: Array  # (n,) angle of the body with the bearing [rad]
-
-
-def journal_frames(assessment: Assessment, name: str, times: Array) -> JournalFrames:
-    """Compute the journal's motion at the instant of the largest force in each frame."""
-    run, joint = assessment.run, assessment.system.joints[name]
-    moments = strongest(run, name, times)
-    clearance = assessment.system.joints[name].clearance or 0.0
-
-    def vector(symbol: str) -> Array:
-        return np.stack([np.interp(moments, run.time, run[f"{name}.{symbol}{axis}"]) for axis in "xy"], axis=1)
-
-    def angle(body: str) -> Array:
-        return np.zeros(len(times)) if body == "world" else np.interp(times, run.time, run[f"{body}.angle"])
-
-    e, force = vector("e") / clearance, vector("f")
-    return JournalFrames(e, force, closed(run, name, times), angle(joint.child), angle(joint.parent))
 
 
 class JournalView(MagnifiedView):
@@ -75,7 +46,7 @@ class JournalView(MagnifiedView):
 
     def draw(self, assessment: Assessment, times: Array) -> None:
         """Draw all parts at different heights above the plane, and compute the content of each frame."""
-        self.frames = journal_frames(assessment, self.name, times)
+        self.frames = journal_frames(assessment.system, assessment.run, self.name, times)
         orbit = np.stack([assessment.run[f"{self.name}.{part}"] for part in ("ex", "ey")]) / self.clearance
         inner = 1.0 - GAP
         angle = np.linspace(0.0, 2.0 * np.pi, 121)
@@ -109,38 +80,6 @@ def _ring(inner: float, outer: float, height: float) -> tuple[Array, NDArray[np.
     return np.asfortranarray(vertices), np.asfortranarray(faces)
 
 
-@dataclass(frozen=True)
-class GuideFrames:
-    """The motion of a block in its slot, frame by frame."""
-
-    offset: Array  # (n,) offset of the block's middle, over the clearance [1]
-    tilt: Array  # (n,) additional offset of its end, over the clearance [1]
-    force: Array  # (n, 2) force on the block, along and across the slot [N]
-    touching: NDArray[np.bool_]  # (n, 4) whether each corner touches within the frame
-
-
-def guide_frames(assessment: Assessment, name: str, times: Array) -> GuideFrames:
-    """Compute the block's motion at the instant of the largest force in each frame."""
-    run, joint = assessment.run, assessment.system.joints[name]
-    moments = strongest(run, name, times)
-    clearance = assessment.system.joints[name].clearance or 0.0
-    half = 0.5 * joint.slot.length if joint.slot is not None else 0.0
-
-    def at(column: str) -> Array:
-        return np.interp(moments, run.time, run[column])
-
-    angle = np.full(len(times), np.arctan2(joint.direction[1], joint.direction[0]))
-    if joint.parent != "world":
-        angle += at(f"{joint.parent}.angle") - assessment.system.links[joint.parent].angle
-    fx, fy, c, s = at(f"{name}.fx"), at(f"{name}.fy"), np.cos(angle), np.sin(angle)
-    return GuideFrames(
-        at(f"{name}.offset") / clearance,
-        half * at(f"{name}.tilt") / clearance,
-        np.stack([c * fx + s * fy, c * fy - s * fx], axis=1),
-        np.stack([closed(run, f"{name}.corner{k + 1}", times) for k in range(len(CORNERS))], axis=1),
-    )
-
-
 class GuideView(MagnifiedView):
     """A prismatic joint with clearance: a block in its slot, drawn magnified; parameters as `MagnifiedView`."""
 
@@ -154,7 +93,7 @@ class GuideView(MagnifiedView):
         """Record a frame at this time of the recording."""
         now = self.frames
         middle = np.array([0.0, GAP * now.offset[frame]])
-        angle = float(np.arctan(GAP * now.tilt[frame] / _LENGTH))
+        angle = float(np.arctan(GAP * now.tilt[frame] / LENGTH))
         self.place("block", middle, angle, time)
         self.show_arrow(middle, now.force[frame], time)
         for k in range(len(CORNERS)):
@@ -162,17 +101,17 @@ class GuideView(MagnifiedView):
 
     def draw(self, assessment: Assessment, times: Array) -> None:
         """Draw all parts at the origin of the view, and compute the content of each frame."""
-        self.frames = guide_frames(assessment, self.name, times)
-        wall, thick = _HEIGHT + GAP, 0.14
+        self.frames = guide_frames(assessment.system, assessment.run, self.name, times)
+        wall, thick = HEIGHT + GAP, 0.14
         self.box("floor", (2.0 * _SLOT, 2.0 * wall, 0.01), FLOOR, [0.0, 0.0, -0.02])
         for name, side in (("upper", 1.0), ("lower", -1.0)):
             middle = [0.0, side * (wall + 0.5 * thick), 0.04]
             self.box(f"slot/{name}", (2.0 * _SLOT, thick, 0.04), WALL, middle)
             edge = np.array([[-_SLOT, _SLOT], [side * wall, side * wall]])
             self.line(f"edge/{name}", edge, 0.07, DARK)
-        self.box("block", (2.0 * _LENGTH, 2.0 * _HEIGHT, 0.04), BODY, [0.0, 0.0, 0.02])
+        self.box("block", (2.0 * LENGTH, 2.0 * HEIGHT, 0.04), BODY, [0.0, 0.0, 0.02])
         self.disc("block/centre", 0.035, DARK, [0.0, 0.0, 0.075])
         self.draw_arrow()
         for k, (x, y) in enumerate(CORNERS):
-            self.draw_spot(f"corner{k + 1}", [x * _LENGTH, y * wall])
+            self.draw_spot(f"corner{k + 1}", [x * LENGTH, y * wall])
         self.set_label(wall + thick)

@@ -8,49 +8,21 @@ them.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Shape
 from pydrake.math import RigidTransform, RotationMatrix
 
 from linkages.base.arrays import Array
 from linkages.input.files.magnitudes import rounded
 from linkages.results.assessment import Assessment
-from linkages.results.trajectory import Trajectory
+from linkages.show.plots.instants import GAP
 from linkages.system.joints import SystemJoint
 
-GAP = 0.4  # drawn clearance over the view's radius
 REACH = 1.3  # length of the longest arrow over the view's radius
 _HEAD = 0.28  # length of an arrow's head over the view's radius
 
 WALL, BODY, GROUND = Rgba(0.78, 0.80, 0.83, 1.0), Rgba(0.62, 0.66, 0.72, 1.0), Rgba(0.25, 0.25, 0.25, 1.0)
 FLOOR, DARK = Rgba(1.0, 1.0, 1.0, 1.0), Rgba(0.15, 0.15, 0.15, 1.0)
 _FORCE, _TOUCH = Rgba(0.84, 0.37, 0.0, 1.0), Rgba(0.95, 0.85, 0.1, 1.0)
-
-
-def strongest(run: Trajectory, name: str, times: Array) -> Array:
-    """Find the time of a joint's largest force within each frame; the frame's time if it has no step."""
-    force, result = run[f"{name}.force"], times.copy()
-    for k, (first, last) in enumerate(_windows(run.time, times)):
-        if last > first:
-            result[k] = run.time[first + int(np.argmax(force[first:last]))]
-    return result
-
-
-def closed(run: Trajectory, name: str, times: Array) -> NDArray[np.bool_]:
-    """Check whether a contact is closed at a step within each frame, or at the frame's time."""
-    depth = run.columns.get(f"{name}.penetration")
-    if depth is None:
-        return np.zeros(len(times), dtype=bool)
-    steps = np.array([np.any(depth[first:last] > 0.0) for first, last in _windows(run.time, times)])
-    return steps | (np.interp(times, run.time, depth) > 0.0)
-
-
-def _windows(steps: Array, times: Array) -> list[tuple[int, int]]:
-    """Return the first step of each frame and of the next; a frame extends halfway to its neighbours."""
-    edges = np.concatenate([times[:1], 0.5 * (times[1:] + times[:-1]), times[-1:]])
-    places = np.searchsorted(steps, edges)
-    places[-1] = len(steps)
-    return list(zip(places[:-1].tolist(), places[1:].tolist(), strict=True))
 
 
 def joint_axes(basis: Array, joint: SystemJoint) -> Array:

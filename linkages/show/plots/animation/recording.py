@@ -18,13 +18,14 @@ from pydrake.systems.framework import Context, DiagramBuilder
 
 from linkages.base.arrays import Array
 from linkages.base.errors import AssemblyError
+from linkages.base.palette import css
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.input.files.magnitudes import rounded
 from linkages.results.assessment import Assessment
 from linkages.show.plots.animation.bounds import bounds
 from linkages.show.plots.animation.joint_views import GuideView, JournalView
 from linkages.show.plots.animation.surroundings import SCALE, Surroundings
-from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script
+from linkages.show.plots.pages import columns, curves, embedded, filled, own_text, script, shared_style
 from linkages.show.plots.style import round_length
 from linkages.system import System
 from linkages.system.ideal_motion import ideal_motion
@@ -56,7 +57,7 @@ def write_recording(assessment: Assessment, path: Path, exaggerate: float | None
 
 
 def _page(assessment: Assessment, exaggerate: float | None) -> str:
-    shown = segmented(assessment.system) if assessment.system.tree.flexible else assessment.system
+    shown = segmented(assessment.system)
     tree = shown.tree
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
@@ -216,7 +217,7 @@ def _texts(assessment: Assessment, views: Views, times: Array, slow: float, magn
         "Magnified views: the largest force on journal or block within each frame (arrow; its length is proportional to"
         f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
-    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.flexible else ""
+    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if tree.deformable else ""
     names = columns(system.settings.outputs, tree.play, system.actuators)
     return {
         "title": system.description.title or system.description.machine,
@@ -243,4 +244,7 @@ def add_captions(page: str, shown: Mapping[str, Any]) -> str:
     head = re.sub(r"<title>.*?</title>", "", head, count=1, flags=re.DOTALL)
     head = head.replace("<head>", f"<head>{_VIEWPORT}<title>{title}</title>", 1)
     overlay = own_text("linkages.show.plots.animation", "overlay.html")
-    return f"{head}{filled(overlay, curves=Markup(script()), data=embedded(shown))}{found}{tail}"
+    scripts, style = Markup(script("curves", "player")), Markup(css() + shared_style())
+    texts = {"legend_text": shown.get("legend", ""), "frames": len(shown["clock"])}
+    strip = filled(overlay, scripts=scripts, style=style, data=embedded({"length": _LENGTH, **shown}), **texts)
+    return f"{head}{strip}{found}{tail}"

@@ -26,6 +26,7 @@ from linkages.system.tree import Tree
 _MARGIN = 11.0  # margin around the picture, in units
 _LEAST = 0.45  # smallest height over width
 _PATH = 400  # most points of a path
+_WIDE = "pitch line", "path", "rail", "slot", "hatch"  # roles of shapes that reach beyond the joints
 _SHOWN = 181  # number of poses of a slider
 
 
@@ -66,11 +67,12 @@ class Drawing:
         return float(self.high[0] - self.low[0]) / 100.0
 
 
-def draw(asked: System) -> Drawing:
+def draw(asked: System, spread: bool = False) -> Drawing:
     """Draw a mechanism with ideal joints, movable by its drives or by suitable ones.
 
     Drives, loads, clearance joints and outputs are drawn too. If the loops do not close, it is drawn in the file's pose
-    (`Drawing.problem` has the reason).
+    (`Drawing.problem` has the reason). With `spread` it is no movable picture of the start, which may be a dead centre:
+    it is in the pose of its first drive that spreads its joints most, and cropped to it.
     """
     mechanism, experiment = asked.mechanism, asked.experiment
     starts = {name: drive.start(experiment.values) for name, drive in experiment.drives.items()}  # [rad or m]
@@ -82,6 +84,9 @@ def draw(asked: System) -> Drawing:
         system, ways, problem = None, [], str(failure)
         tree = spanning_tree(mechanism)
         pose = _pose(tree, np.zeros(tree.size))
+    still = spread and bool(ways)
+    if still:
+        pose = _most_spread(tree, ways[0].pose[:, :, :3])
     poses = np.concatenate([pose[None], *(way.pose[:, :, :3] for way in ways)])
     elements = all_elements_of(experiment.elements)
     fixed = [point for kind, _, keys in elements for point in kind.points(keys) if not isinstance(point, str)]
@@ -92,21 +97,30 @@ def draw(asked: System) -> Drawing:
         done = Done(Parts(tree, low, high, poses), asked)
         return done, tuple(_shapes(done.parts, done, experiment, ways, low, high))
 
-    reached = _reached(tree, poses, anchors)
+    shown, roles = (poses[:1], _WIDE) if still else (poses, _WIDE[:1])
+    reached = _reached(tree, shown, anchors)
     low, high = _box(tree, reached)
     done, shapes = drawn(low, high)
-    wheels = [placed(one.at, pose) for one in shapes if one.role == "pitch line" for pose in poses]
+    wheels = [placed(one.at, pose) for one in shapes if one.role in roles for pose in shown]
     if wheels:  # their radii follow from the shapes
         low, high = _box(tree, np.concatenate([reached, *wheels]))
         done, shapes = drawn(low, high)
     title = experiment.title or mechanism.name
-    sliders = tuple(_slider(system, way, done.senses.get(way.drive, 1.0)) for way in ways if system)
+    moved = () if still else ways
+    sliders = tuple(_slider(system, way, done.senses.get(way.drive, 1.0)) for way in moved if system)
     return Drawing(
         title, shapes, pose, _reference(tree), {body: link for link, body in tree.index.items()},
         sliders, low, high,
         tuple(facts(mechanism, system, ways, starts, tree.extent)), tuple(doubts(mechanism, tree.extent, experiment)),
         joint_table(mechanism, experiment), link_table(mechanism, tree.extent), problem,
     )  # fmt: skip
+
+
+def _most_spread(tree: Tree, poses: Array) -> Array:
+    """Return the pose (nb, 3) of several whose joints have the largest determinant of their covariance."""
+    areas = [np.linalg.det(np.cov(_reached(tree, pose[None], ()).T)) for pose in poses]
+    found: Array = poses[int(np.argmax(areas))]
+    return found
 
 
 def _pose(tree: Tree, q: Array) -> Array:

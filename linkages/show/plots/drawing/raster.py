@@ -68,9 +68,9 @@ def _put(axis: Axes, drawing: Drawing, one: Shape, pose: Array) -> None:
         where: dict[str, Any] = {"ha": "center", "va": "center", "clip_on": True, "path_effects": halo}
         axis.text(points[0, 0], points[0, 1], one.text, color=fill, fontsize=style.size * dots, weight=weight, **where)
     elif style.kind == "circle":
-        axis.add_patch(Circle(tuple(points[0]), style.radius * drawing.unit, fc=fill, ec=stroke, **line))
+        axis.add_artist(Circle(tuple(points[0]), style.radius * drawing.unit, fc=fill, ec=stroke, **line))
     elif style.kind == "area":
-        axis.add_patch(Polygon(points, closed=True, fc=fill, ec=stroke, alpha=style.opacity, **line))
+        axis.add_artist(Polygon(points, closed=True, fc=fill, ec=stroke, alpha=style.opacity, **line))
     else:
         dash = (0, (style.dash / style.width,) * 2) if style.dash else "-"
-        axis.add_patch(Polygon(points, closed=False, fc="none", ec=stroke, linestyle=dash, **line))
+        axis.add_artist(Polygon(points, closed=False, fc="none", ec=stroke, linestyle=dash, **line))

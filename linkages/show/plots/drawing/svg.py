@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+import html
+import re
 from textwrap import wrap
 
 import numpy as np
@@ -12,12 +13,17 @@ from linkages.base.arrays import Array
 from linkages.base.palette import FONT, INK, LIMIT, PAPER, repainted
 from linkages.show.plots.drawing.drawing import Drawing
 from linkages.show.plots.drawing.shapes import STYLES, Shape, placed
-from linkages.show.plots.pages import embedded, filled, own_text
+from linkages.show.plots.pages import embedded, filled, own_text, page_style, script
 
+_SIGNS = (
+    "Ring: a bearing; orange ring: a clearance joint; larger red ring: friction; arrow at a joint: the way its drive"
+    " goes first, or that of its coordinate; small coloured dot: centre of mass."
+)
 WIDTH = 960.0  # width of the picture [px]
 _HALO = 0.35  # width of the halo around words, in units
 _LINE = 17.0  # line height of text [px]
 _WORDS = 128  # most characters of a line
+_INDENT = "\u2003"  # of its further lines
 
 
 def scale(drawing: Drawing) -> float:
@@ -33,7 +39,7 @@ def svg(drawing: Drawing, said: bool = True) -> Markup:
     size = f"viewBox='0 0 {WIDTH:g} {total:.1f}' width='{WIDTH:g}' height='{total:.1f}'"
     shapes = Markup("\n").join(_element(drawing, one, said) for one in drawing.shapes)
     text = Markup("<text x='12' y='{:.1f}' font-size='13' font-weight='{}' fill='{}'>{}</text>")
-    texts = Markup("\n").join(
+    texts = Markup("\n").join(  # pages have them as HTML
         text.format(height + _LINE * (k + 1), "normal" if k else "bold", color, line)
         for k, (line, color) in enumerate(lines)
     )
@@ -41,7 +47,27 @@ def svg(drawing: Drawing, said: bool = True) -> Markup:
     start = f"<svg xmlns='http://www.w3.org/2000/svg' {size} role='img' font-family='{FONT}'>"
     label = Markup("<title>{}</title>").format(drawing.title)
     style = f"<style>{_dark()}</style>" if said else ""  # a page has its own
-    return Markup(f"{start}{label}{style}{frame}\n{shapes}\n{texts}\n</svg>\n")
+    notes_of = f"<g class='notes' data-height='{height:.1f}'>\n{texts}\n</g>\n" if lines else ""
+    return Markup(f"{start}{label}{style}{frame}\n{shapes}\n{notes_of}</svg>\n")
+
+
+def without_notes(picture: str) -> tuple[str, list[str]]:
+    """Return a written drawing without the texts below it, and its properties as sentences."""
+    found = re.search(r"<g class='notes' data-height='([\d.]+)'>\n(.*?)\n</g>\n", picture, re.DOTALL)
+    if not found:  # of an earlier version
+        return picture, []
+    lines = [html.unescape(line) for line in re.findall(r">([^<]*)</text>", found[2])][1:]  # the first is the title
+    facts: list[str] = []
+    for line in lines:
+        if line.startswith(_INDENT) and facts:
+            facts[-1] += f" {line.removeprefix(_INDENT)}"
+        else:
+            facts.append(line)
+    whole = re.search(r"viewBox='0 0 [\d.]+ ([\d.]+)'", picture)
+    bare = picture.replace(found[0], "")
+    return (
+        bare.replace(f"'{whole[1]}'", f"'{found[1]}'").replace(f" {whole[1]}'", f" {found[1]}'") if whole else bare
+    ), facts
 
 
 def _dark() -> str:
@@ -53,7 +79,7 @@ def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
     """Write an element, with its body-fixed points if it is movable."""
     style, unit = STYLES[one.role], 0.01 * WIDTH
     fill, stroke = ("none" if named is None else named or one.color for named in (style.fill, style.stroke))
-    look = [f"fill='{fill}'", f"stroke='{stroke}'"]
+    look = [f"fill='{fill}'", f"stroke='{stroke}'", *(["class='mark'"] if one.role == "link mark" else [])]
     if style.kind == "text":
         look[1] = f"stroke='{PAPER}' stroke-width='{_HALO * unit:.1f}' paint-order='stroke' stroke-linejoin='round'"
     if style.width:
@@ -90,15 +116,16 @@ def notes(drawing: Drawing) -> list[tuple[str, str]]:
     """Return the lines of text below the picture, with colours."""
     said = [(drawing.title, INK), *((fact, INK) for fact in drawing.facts)]
     said += [(doubt, LIMIT) for doubt in (drawing.problem, *drawing.doubts) if doubt]
-    return [(line, color) for text, color in said for line in wrap(text, _WORDS, subsequent_indent="\u2003")]
+    return [(line, color) for text, color in said for line in wrap(text, _WORDS, subsequent_indent=_INDENT)]
 
 
 def page(drawing: Drawing, moves: str = "Joints are ideal here.") -> str:
     """Write the page; `moves` says how the mechanism moves on it."""
     sliders = [
-        asdict(slider)
-        | {
-            "values": slider.values.round(slider.digits + 1).tolist(),
+        {
+            "first": slider.first,
+            "sense": slider.sense,
+            "texts": [f"{value:.{slider.digits}f} {slider.unit}" for value in slider.values.tolist()],
             "poses": [[[float(f"{v:.6g}") for v in row] for row in pose] for pose in slider.poses],
             "full": slider.unit == "s" or bool(np.ptp(slider.values) > 359.9 and slider.unit == "deg"),
         }
@@ -111,5 +138,8 @@ def page(drawing: Drawing, moves: str = "Joints are ideal here.") -> str:
         moves=moves,
         asked=[text for text in (drawing.problem, *drawing.doubts) if text],
         picture=svg(drawing, said=False),
+        signs=_SIGNS,
+        style=page_style(),
+        scripts=Markup(script("moves", "player")),
         data=embedded(data),
     )

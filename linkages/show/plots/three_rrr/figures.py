@@ -13,9 +13,10 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
-from linkages.base.palette import LINE, PAPER
-from linkages.show.plots.shown import new_figure
-from linkages.show.plots.style import COLORS, LINES, figure_style, write_figure
+from linkages.base.palette import EDGE, LINE, PAPER, SCALE, SOFT
+from linkages.show.plots.panels import legend_below, make_panels, narrow, note, say
+from linkages.show.plots.quantities import number, quantity, share
+from linkages.show.plots.style import COLORS, LINES, figure_style, small_text, write_figure
 from linkages.show.plots.three_rrr.robot_lines import OUTLINE, draw_pose, shape_lines
 from linkages.three_rrr.analysis import RobotResults
 from linkages.three_rrr.direct import drive_map
@@ -62,17 +63,20 @@ def _over_time(name: str, labels: tuple[str, str, str], results: RobotResults) -
     values = getattr(results.motion, name) * np.array([1.0, 1e3, 1e3])
     if name == "x":
         values[:, 0] = np.rad2deg(np.unwrap(values[:, 0]))
-    figure, axes = new_figure(5.05, 3, sharex=True)
+    figure, axes = make_panels(3, 1.65, 1, sharex=True)
     for axis, label, curve, color in zip(axes, labels, values.T, COLORS, strict=False):
         axis.plot(results.motion.time, curve, color=color, lw=1.2)
         axis.set_ylabel(label)
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
+    symbol, bracket, unit = labels[1].partition(" [")
+    most = float(np.abs(values[:, 1]).max())
+    say(figure, f"Platform: {symbol} up to {number(most)} {unit[:-1]}" if bracket else "Platform")
     return figure
 
 
 def _path(results: RobotResults) -> Figure:
-    figure, (axis, whole) = new_figure(3.3, 1, 2)
+    figure, (axis, whole) = make_panels(2, 3.1)
     x, y = 1e3 * results.motion.x[:, 1], 1e3 * results.motion.x[:, 2]
     for panel in (axis, whole):
         panel.plot(x, y, color=COLORS[0], lw=1.3, zorder=4)
@@ -82,19 +86,21 @@ def _path(results: RobotResults) -> Figure:
         panel.set_xlabel("x [mm]")
     axis.set_ylabel("y [mm]")
     whole.set_ylabel("y [mm]")
-    axis.set_title("platform's centre", fontsize="medium")
-    axis.legend()
     other = len(results.motion) // 3
     for index, alpha in ((0, 0.9), (other, 0.35)):
         draw_pose(whole, results.model, results.motion, index, alpha=alpha)
-    whole.set_title(f"in the robot at t = 0 and {results.motion.time[other]:.2f} s (light)", fontsize="medium")
+    axis.locator_params(nbins=5)
+    travel = float(np.hypot(np.diff(x), np.diff(y)).sum())
+    say(figure, f"The platform's centre travels {number(travel)} mm")
+    note(figure, f"Right: in the robot at t = 0 and {results.motion.time[other]:.2f} s (light).")
+    legend_below(figure, [axis])
     return figure
 
 
 def _frequencies(results: RobotResults) -> Figure:
-    figure, (axis, loose) = new_figure(5.6, 2, sharex=True)
+    figure, (axis, loose) = make_panels(2, 2.5, 1, sharex=True)
     for n, values in enumerate(results.tracked.T):
-        style = {"color": COLORS[n], "ls": LINES[n], "label": f"mode {n + 1}"}
+        style: dict[str, Any] = {"color": COLORS[n], "ls": LINES[n], "label": f"mode {n + 1}"}
         axis.plot(results.motion.time, values, lw=1.4, **style)
     for n, values in enumerate(results.free[:, 3:].T):
         loose.plot(results.motion.time, values, lw=1.4, color=COLORS[n], label=f"mode {n + 4}")
@@ -102,30 +108,36 @@ def _frequencies(results: RobotResults) -> Figure:
         panel.set(ylabel="natural frequency [Hz]")
         panel.set_ylim(bottom=0.0)
     loose.set_xlabel("time [s]")
-    loose.set_title("crank roots free, modes by size; the first three have 0 Hz", fontsize="medium", pad=20.0)
-    figure.suptitle("modes followed by MAC from t = 0, crank roots held", fontsize="medium")
-    for panel in (axis, loose):
-        panel.legend(ncols=6, loc="lower center", bbox_to_anchor=(0.5, 1.0), borderaxespad=0.2, fontsize="small")
+    axis.set_title("crank roots held", fontsize="medium", loc="left")
+    loose.set_title("crank roots free", fontsize="medium", loc="left")
+    low, high = (number(float(one)) for one in (results.tracked[:, 0].min(), results.tracked[:, 0].max()))
+    say(figure, f"Lowest natural frequency: {low} to {high} Hz over the motion")
+    note(figure, "Modes are followed by MAC from t = 0; of free roots by size, the first three have 0 Hz.")
+    legend_below(figure)
     return figure
 
 
 def _shapes(results: RobotResults) -> Figure:
     """Draw the deformed modes (rows) at several poses (columns)."""
     rows = min(4, results.tracked.shape[1])
-    figure, axes = new_figure(2.2 * rows, rows, _SHAPE_POSES, sharex=True, sharey=True)
-    places = np.linspace(0, len(results.motion) - 1, _SHAPE_POSES + 1).astype(int)[:-1]
+    columns = 2 if narrow() else _SHAPE_POSES
+    figure, found = make_panels(rows * columns, 2.0 if narrow() else 2.4, columns, columns, sharex=True, sharey=True)
+    axes = np.array(found).reshape(rows, columns)
+    places = np.linspace(0, len(results.motion) - 1, columns + 1).astype(int)[:-1]
     for column, index in enumerate(places):
         for mode in range(rows):
             axis: Axes = axes[mode, column]
-            draw_pose(axis, results.model, results.motion, index, color="0.75")
+            draw_pose(axis, results.model, results.motion, index, color=EDGE)
             lines = shape_lines(results.model, results.motion, index, results.shapes[index, :, mode])
             for line, name in lines:
                 axis.plot(*(1e3 * line.T), color=COLORS[mode], lw=1.6 if name == "platform" else 1.3)
             axis.set_aspect("equal")
             axis.grid(False)
-            pose = f"mode {mode + 1}, t = {results.motion.time[index]:.2f} s"
-            axis.set_title(f"{pose}: {results.tracked[index, mode]:.1f} Hz", fontsize="small")
-    figure.suptitle("mode shapes with arbitrary amplitude", fontsize="medium")
+            axis.locator_params(nbins=4)
+            pose = f"{mode + 1}, {results.motion.time[index]:.2f} s"
+            axis.set_title(f"{pose}: {number(float(results.tracked[index, mode]))} Hz", fontsize=small_text())
+    low = number(float(results.tracked[places, 0].min()))
+    say(figure, f"Mode shapes from {low} Hz on, magnified")
     for axis in axes[-1]:
         axis.set_xlabel("x [mm]")
     for axis in axes[:, 0]:
@@ -135,7 +147,8 @@ def _shapes(results: RobotResults) -> Figure:
 
 def _displacement(results: RobotResults) -> Figure:
     """Draw the displacement: left over the whole motion (quasi-static, vibration), right after a start from rest."""
-    figure, axes = new_figure(5.0, 3, 2, sharex="col")
+    figure, found = make_panels(6, 1.7, 2, 1)
+    axes = [found[k : k + 2] for k in (0, 2, 4)]
     time, static = results.motion.time, 1e6 * results.static.platform
     window = min(_WINDOW, float(results.branch.times[-1]))
     near = time <= window * 1.5
@@ -156,17 +169,22 @@ def _displacement(results: RobotResults) -> Figure:
         right.plot(1e3 * time[near], static[near, k], color=COLORS[1], lw=1.6, label="quasi-static")
         right.set_xlim(0.0, 1e3 * window)
     band = "" if results.dynamic is None else "; band: with vibration"
-    axes[0, 0].set_title(f"over the motion, quasi-static{band}", fontsize="medium")
-    axes[0, 1].set_title("after a start from rest, undamped", fontsize="medium")
-    figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    axes[2, 0].set_xlabel("time [s]")
-    axes[2, 1].set_xlabel("time [ms]")
+    axes[0][0].set_title(f"quasi-static{band}", fontsize="medium", loc="left")
+    axes[0][1].set_title("from rest, undamped", fontsize="medium", loc="left")
+    for left, right in axes:
+        left.set_xlabel("time [s]")
+        right.set_xlabel("time [ms]")
+    most = float(np.hypot(static[:, 0], static[:, 1]).max())
+    say(figure, f"The platform yields by up to {number(most, 3)} µm, quasi-statically")
+    legend_below(figure, [axes[0][1]])
     return figure
 
 
 def _stress(results: RobotResults) -> Figure:
     """Draw the stress over time in leg 2 and the platform (bands: vibration), and along the rods at its peak."""
-    figure, axes = new_figure(7.0, 3, 2, width_ratios=[1.7, 1])
+    options: dict[str, Any] = {} if narrow() else {"width_ratios": [1.7, 1]}
+    figure, found = make_panels(6, 2.3, 2, 1, **options)
+    axes = [found[k : k + 2] for k in (0, 2, 4)]
     time = results.motion.time
     for row, link in enumerate((results.stress[2], results.stress[3])):
         pose, _ = np.unravel_index(np.argmax(link.largest), link.largest.shape)
@@ -180,7 +198,7 @@ def _stress(results: RobotResults) -> Figure:
         left.set(xlabel="time [s]", ylabel=f"{link.name}: stress in\nthe outer fibre [kPa]")
         right.plot(1e3 * link.s, 1e-3 * link.axial[pose], color=COLORS[2], ls="--", lw=1.2, label="axial")
         right.plot(1e3 * link.s, 1e-3 * link.bending[pose], color=COLORS[1], lw=1.2, label="bending")
-        right.set_xlabel(f"along the rod [mm], t = {time[pose]:.2f} s", fontsize="small")
+        right.set_xlabel(f"along the rod [mm], t = {time[pose]:.2f} s")
         right.set_ylabel("stress [kPa]")
         _legend_above(left)
         _legend_above(right)
@@ -200,22 +218,25 @@ def _stress(results: RobotResults) -> Figure:
     right.axis("off")
     draw_pose(right, results.model, results.motion, 0, color=OUTLINE)
     right.set_aspect("equal")
-    right.set_title("robot at t = 0", fontsize="small")
+    right.set_title("robot at t = 0", fontsize=small_text())
+    largest = {link.name: float(link.largest.max()) for link in results.stress}
+    name = max(largest, key=largest.__getitem__)
+    say(figure, f"Largest stress: {quantity(largest[name], 'Pa')} in {name}")
     return figure
 
 
 def _legend_above(axis: Axes) -> None:
     place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 0.98), "borderaxespad": 0.0}
-    axis.legend(fontsize="small", ncols=3, columnspacing=1.0, **place)
+    axis.legend(fontsize=small_text(), ncols=3, columnspacing=0.8, handlelength=1.2, handletextpad=0.4, **place)
 
 
 def _map(results: RobotResults) -> Figure:
     """Draw number of assemblies and nearness to both types of singularity over phi_1 and phi_2."""
     found = drive_map(results.robot.geometry, float(results.robot.phi0[2]))
     degrees = np.rad2deg(found.angles)
-    figure, axes = new_figure(2.9, 1, 3, sharey=True)
-    counts = {"cmap": _COUNTS, "norm": BoundaryNorm([-1, 1, 3, 5, 7], 4)}
-    nearness = {"cmap": "cividis", "vmin": 0.0}
+    figure, axes = make_panels(3, 2.9, 3, 1, sharey=True)
+    counts: dict[str, Any] = {"cmap": _COUNTS, "norm": BoundaryNorm([-1, 1, 3, 5, 7], 4)}
+    nearness: dict[str, Any] = {"cmap": SCALE, "vmin": 0.0}
     start = np.rad2deg(np.angle(np.exp(1j * results.robot.phi0)))
     turns = [-180, -90, 0, 90, 180]
     for axis, values, label, colors, ticks in (
@@ -225,20 +246,21 @@ def _map(results: RobotResults) -> Figure:
     ):
         image = axis.pcolormesh(degrees, degrees, values, shading="nearest", **colors)
         bar = figure.colorbar(image, ax=axis, location="bottom", ticks=ticks, label=label)
-        bar.ax.tick_params(labelsize=7.5)
+        bar.ax.tick_params(labelsize=small_text())
         axis.plot(start[0], start[1], "o", color=COLORS[1], ms=4)
-        axis.set(xlabel="φ₁ [deg]", xticks=turns, yticks=turns, aspect="equal", facecolor="0.85")
-        axis.tick_params(labelsize=7.5)
+        axis.set(xlabel="φ₁ [deg]", xticks=turns, yticks=turns, aspect="equal", facecolor=LINE)
+        axis.tick_params(labelsize=small_text())
         axis.grid(False)
-    axes[0].set(ylabel="φ₂ [deg]", facecolor="white")
-    note = "; grey: no assembly" if np.any(found.count == 0) else ""
-    figure.suptitle(f"φ₃ = {np.rad2deg(found.phi3):g} deg; the dot is t = 0{note}", fontsize="medium")
+    axes[0].set(ylabel="φ₂ [deg]", facecolor=PAPER)
+    none = ", grey: no assembly" if np.any(found.count == 0) else ""
+    say(figure, f"Up to {int(found.count.max())} assemblies for given drive angles")
+    note(figure, f"φ₃ = {np.rad2deg(found.phi3):g} deg; dot: t = 0{none}.")
     return figure
 
 
 def _convergence(results: RobotResults) -> Figure:
     """Draw the error of the first frequencies at t = 0 over the number of elements per link."""
-    figure, axis = new_figure(3.3)
+    figure, (axis,) = make_panels(1, 3.1)
     start = results.motion.part(slice(0, 1))
     counts = np.array([1, 2, 4, 8])
     found = [
@@ -249,35 +271,37 @@ def _convergence(results: RobotResults) -> Figure:
     for n in range(6):
         style = {"color": COLORS[n], "ls": LINES[n], "label": f"mode {n + 1}"}
         axis.loglog(counts, error[:, n], "o", lw=1.2, ms=4, **style)
-    axis.loglog(counts, error[0].max() * (1.0 / counts) ** 4, color="0.4", lw=0.8, label="fourth order")
+    axis.loglog(counts, error[0].max() * (1.0 / counts) ** 4, color=SOFT, lw=0.8, label="fourth order")
     axis.set_xticks(counts, [str(n) for n in counts])
     axis.minorticks_off()
     axis.set(xlabel="elements in each link", ylabel="relative error of frequency [1]")
-    axis.set_title("against 32 elements in each link, t = 0, crank roots held", fontsize="medium")
-    axis.legend(ncols=2)
+    say(figure, f"Two elements in each link err by at most {share(float(np.abs(error[1]).max()))}")
+    note(figure, "Against 32 elements in each link, t = 0, crank roots held.")
+    legend_below(figure)
     return figure
 
 
 def _velocity(results: RobotResults) -> Figure:
     """Draw the effect of the velocity-dependent terms over speed."""
-    figure, axis = new_figure(3.3)
+    figure, (axis,) = make_panels(1, 3.1)
     factors = np.geomspace(1.0, 300.0, 13)
     frequency, displacement = velocity_effect(results.robot, results.branch, factors, poses=13)
     speed = factors * float(np.max(np.abs(results.motion.dphi)))
     axis.loglog(speed, frequency, "o-", color=COLORS[0], ms=3.5, lw=1.2, label="first natural frequency")
     axis.loglog(speed, displacement, "s--", color=COLORS[1], ms=3.5, lw=1.2, label="quasi-static displacement")
-    axis.axhline(0.01, color="0.4", lw=0.8, ls=":")
-    axis.text(speed[0], 0.012, "1 %", fontsize="small", color="0.3")
+    axis.axhline(0.01, color=SOFT, lw=0.8, ls=":")
+    axis.text(speed[0], 0.012, "1 %", fontsize=small_text(), color=SOFT)
     axis.set(xlabel="speed of the fastest drive [rad/s]", ylabel="largest relative change [1]")
-    title = "gyroscopic, centrifugal and geometric stiffness terms; leftmost: this experiment"
-    axis.set_title(title, fontsize="medium")
-    axis.legend()
+    most = share(float(max(frequency[0], displacement[0])))
+    say(figure, f"Terms of the velocity change this experiment by at most {most}")
+    note(figure, "Gyroscopic, centrifugal and geometric stiffness terms; leftmost: this experiment.")
+    legend_below(figure)
     return figure
 
 
 def _speed(results: RobotResults) -> Figure:
     """Draw the peak elastic displacement over speed, up to the first resonance."""
-    figure, (top, bottom) = new_figure(4.4, 2, sharex=True)
+    figure, (top, bottom) = make_panels(2, 2.1, 1, sharex=True)
     one = changed(results.robot, model={"elements": 1})
     found = speed_sweep(one, results.branch, np.geomspace(60.0, 400.0, 60), steps_per_period=24.0)
     speed = found.factors * float(np.max(np.abs(results.motion.dphi)))
@@ -285,10 +309,11 @@ def _speed(results: RobotResults) -> Figure:
     label = "with vibration, 1 % damping (assumed)"
     top.loglog(speed, 1e3 * found.dynamic, "o-", color=COLORS[0], ms=3, lw=1.0, label=label)
     top.set_ylabel("peak displacement\nof the platform [mm]")
-    top.legend()
     bottom.semilogx(speed, found.amplification, "o-", color=COLORS[0], ms=3, lw=1.0)
-    bottom.axhline(RESONANCE, color="0.4", lw=0.8, ls=":")
-    bottom.text(speed[0], RESONANCE, f"resonance: at least {RESONANCE:g}", va="bottom", fontsize="small", color="0.3")
+    bottom.axhline(RESONANCE, color=SOFT, lw=0.8, ls=":")
+    bottom.text(
+        speed[0], RESONANCE, f"resonance: at least {RESONANCE:g}", va="bottom", fontsize=small_text(), color=SOFT
+    )
     bottom.set(xlabel="speed of the fastest drive [rad/s]", ylabel="amplification [1]")
     for axis in (top.xaxis, top.yaxis, bottom.xaxis):
         axis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
@@ -299,5 +324,6 @@ def _speed(results: RobotResults) -> Figure:
         for panel in (top, bottom):
             panel.axvline(at, color=COLORS[2], lw=1.0, ls="-.")
         times = f"{found.factors[found.resonance]:.0f} times the experiment's speed"
-        bottom.set_title(f"first resonance at {at:.0f} rad/s, {times}", fontsize="medium")
+        say(figure, f"First resonance at {at:.0f} rad/s, {times}")
+    legend_below(figure, [top])
     return figure

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from linkages.base.arrays import Array
+from linkages.base.palette import INK, SOFT
 from linkages.mechanics.flexible.rotation import rotations
-from linkages.show.plots.pages import embedded, filled, own_text
-from linkages.show.plots.style import COLORS
+from linkages.show.plots.lines import modes_page
 from linkages.three_rrr.analysis import RobotResults
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import RobotMotion, pivots, unit
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-OUTLINE = "0.35"
+OUTLINE = SOFT
 _POINTS = 13  # number of drawn points of each element
 _FRAMES = 121
 _SHARE = 0.1  # drawn deflection over the coupler's length
@@ -74,14 +74,13 @@ def draw_pose(
     b, c = pivots(model.geometry, state.phi[index : index + 1], state.x[index : index + 1])
     joints = np.vstack([model.geometry.base, b[0], c[0]])
     axis.plot(*(1e3 * joints.T), "o", color=color, ms=2.5, **style)
-    axis.plot(*(1e3 * model.geometry.base.T), "^", color="0.2", ms=4)
+    axis.plot(*(1e3 * model.geometry.base.T), "^", color=INK, ms=4)
 
 
 def write_animation(results: RobotResults, path: Path) -> Path:
     """Write the animation; return its path."""
-    values = {"curves": embedded(COLORS), "data": embedded(animation_data(results))}
-    text = own_text("linkages.show.plots.three_rrr", "animation.html")
-    path.write_text(filled(text, title=results.robot.title or "Flexible robot", **values), encoding="utf-8")
+    title = f"{results.robot.title or 'Flexible robot'}: modes"
+    path.write_text(modes_page(title, animation_data(results)), encoding="utf-8")
     return path
 
 
