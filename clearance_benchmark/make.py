@@ -34,7 +34,7 @@ CONTACTS = {"bouncing_journal": ("O",), "dry_slider_crank": ("B",), "gear_pair":
 STATISTICS = "dry_slider_crank"
 RUNS, CHANGE = 24, 1e-9  # machines of the statistics, and the relative step of their clearances
 TURN, FIRST, LAST = 0.012, 20, 60  # time of a turn [s], and turns between which they are taken
-SHORT = 2e-5  # step of the Drake engine where curves are compared [s]
+SHORT = 2e-5  # step where curves are compared [s]
 LEAST = 1e-12  # accuracy that two equal solutions have, in parts of a column
 
 
@@ -53,8 +53,7 @@ def solved(name: str, engine: str, accuracy: float, columns: Iterable[str], like
     if name in CONTACTS:
         system = system.replaced({"duration": float(4.0 * like[-1, 3] - 3.0 * like[-1, 1])})
         return contact_rows(linkages.simulate(system, engine), CONTACTS[name])[: len(like)]
-    if engine == "drake":
-        system = system.replaced({"solver.max_step": SHORT})  # it interpolates between steps
+    system = system.replaced({"solver.max_step": SHORT})  # engines interpolate between the ends of steps
     outputs = [column for column in columns if column != "t"]
     run = linkages.simulate(system, engine, outputs=outputs if engine == "compiled" else None)
     curves = run.evaluate(like[:, 0])

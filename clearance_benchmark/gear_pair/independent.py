@@ -35,7 +35,7 @@ def machine():
     )
 
 
-def solution(most=10):
+def solution(most=6):
     """Return the first contacts."""
     return machine().contacts(most, free_step=1e-5, contact_step=1e-5)
 
