@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-import optim
+from linkages.cli.main import main as linkages
 
 MACHINE = """<sdf version="1.9"><model name="pendulum">
 <link name="arm"><inertial><pose>0 -0.25 0 0 0 0</pose><mass>{mass}</mass>
@@ -85,8 +85,7 @@ def main() -> None:
     given = parser.parse_args()
     write_files(np.loadtxt(given.file, delimiter=","), given.mass, given.skip, given.out)
     for law in LAWS:
-        found = optim.identify(optim.load_identification(given.out / f"{law}.toml"))
-        print(optim.format_identification(found), end="\n\n", flush=True)
+        linkages(["identify", str(given.out / f"{law}.toml"), "--out", str(given.out / law)])
 
 
 if __name__ == "__main__":

@@ -111,6 +111,7 @@ def certainty(
     if shift is not None:
         covariance += np.nan_to_num(np.outer(shift, shift))
     covariance[idle], covariance[:, idle] = np.nan, np.nan
+    told, known = told & ~idle[:n], known & ~idle[:n]
     freedom = max(freedom, CERTAINTY_LEAST_FREEDOM)
     return Certainty(covariance, inflation, singular, mixtures, told, known, lost, freedom, times, tests)
 

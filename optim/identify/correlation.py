@@ -25,7 +25,7 @@ class Correlation(NamedTuple):
     rest : array
         Covariances of what drives it, by lag, for residuals of variance 1.
     time : float
-        Number of residuals that count as one; 1 for independent ones.
+        Number of residuals that count as one; 1 for independent ones, at most all of them.
     """
 
     first: float
@@ -57,7 +57,8 @@ def correlation_of(residual: Array) -> Correlation:
     negative = np.flatnonzero(pairs <= 0.0)
     rest = rest[: 2 * negative[0] if len(negative) else len(rest)] if abs(rest[1]) > certain * rest[0] else rest[:1]
     rest = rest * (1.0 - first**2) / (2.0 * np.sum(rest * first ** np.arange(len(rest))) - rest[0])
-    return Correlation(first, rest, max((2.0 * float(rest.sum()) - float(rest[0])) / (1.0 - first) ** 2, 1.0))
+    time = (2.0 * float(rest.sum()) - float(rest[0])) / (1.0 - first) ** 2
+    return Correlation(first, rest, min(max(time, 1.0), float(n)))
 
 
 def _length(n: int) -> int:

@@ -38,9 +38,10 @@ def doubts(residuals: Residuals, found: Fitted, judged: Certainty) -> list[str]:
             )
         white = judged.tests["whiteness"][k]
         if white is not None and white < DOUBT:
+            alike = f" (every {judged.times[k]:.3g} samples count as one)" if judged.times[k] > 1.0 else ""
             result.append(
-                f"{name}: the residuals are not independent (every {judged.times[k]:.3g} samples count as one):"
-                " something that the model lacks acts, or the noise of the sensor is coloured"
+                f"{name}: the residuals are not independent{alike}: something that the model lacks acts, or the noise"
+                " of the sensor is coloured"
             )
         normal = judged.tests["normality"][k]
         if normal is not None and normal < DOUBT:

@@ -3,6 +3,7 @@
 import json
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -803,6 +804,29 @@ def test_correlated_values_keep_their_deviations(tmp_path):
     assert pair["unknowns"] == ["force", "speed"]
     assert pair["correlation"] == pytest.approx(wanted, abs=1e-6)
     assert pair["apart"] == pytest.approx(np.sqrt(1.0 - wanted**2), abs=1e-6)
+
+
+def test_a_value_without_deviation_has_no_interval(tmp_path):
+    """Stiffness correlates with damping, damping with an angle that the data do not tell: no number, not NaN."""
+    angle = '[unknowns.angle]\npath = "drives.O.angle"\nlower = 0.05\nupper = 0.2\n'
+    residuals = Residuals(load_identification(oscillator(tmp_path, task=TASK + angle)))
+    found = fit_from(residuals, residuals.start, 1.9, "all")
+    room = (residuals.upper - residuals.lower)[:3]
+    scale = np.diag(room * [0.01, 0.01, 1.0])
+    covariance = scale @ [[1.0, 0.95, 0.85], [0.95, 1.0, 0.95], [0.85, 0.95, 1.0]] @ scale
+    jacobian = np.zeros_like(found.evaluated.jacobian)
+    jacobian[:3, :3], jacobian[3:6, 3:] = np.linalg.cholesky(np.linalg.inv(covariance)).T, 1e3 * np.eye(3)
+    found = replace(found, evaluated=replace(found.evaluated, jacobian=jacobian))
+    judged = certainty(residuals, found, "white")
+    assert np.isnan(judged.deviations[:3]).all()
+    assert not judged.told.any()
+    assert not judged.identifiable.any()
+
+
+def test_all_residuals_count_as_one_at_most():
+    """A random walk of 300 residuals: its memory is longer than the record."""
+    walk = np.cumsum(np.random.default_rng(1).standard_normal(300))
+    assert correlation_of(walk).time <= 300.0
 
 
 def test_a_posterior_of_filtered_data_with_a_fitted_clock_has_the_residuals_of_the_fit(tmp_path):
