@@ -47,6 +47,7 @@ columns.angle.output = "q.O"
 [fit]
 windows = "grow"  # from a short record to the whole half: one minimum
 predict = 0.5
+time = 300
 [unknowns]
 length = {{ path = "sdf.links.arm.com.y", lower = -0.5, upper = -0.1, start = {length} }}
 angle = {{ path = "drives.O.angle", lower = -3.15, upper = 3.15 }}

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import linkages
+
 BENCHMARK = Path(__file__).resolve().parents[1] / "clearance_benchmark"
 sys.path.insert(0, str(BENCHMARK))
 import compare  # noqa: E402
@@ -46,7 +48,7 @@ def test_every_reference_has_its_checksum():
 def test_every_statement_has_the_same_law():
     for title, names in (
         ("short film", ("main_bearing", "four_bar", "press")),
-        ("dry contact", ("bouncing_journal", "dry_slider_crank")),
+        ("## Laws: dry contact", ("bouncing_journal", "dry_slider_crank")),
     ):
         texts = {law(name, title) for name in names}
         assert len(texts) == 1
@@ -54,10 +56,10 @@ def test_every_statement_has_the_same_law():
 
 
 @pytest.mark.parametrize("name", make.PROBLEMS)
-def test_three_solutions_agree_to_a_billionth(name):
+def test_three_solutions_agree_to_five_billionths(name):
     """As they were when the reference was made: two engines and an independent code."""
     for column, about in INDEX[name]["columns"].items():
-        assert max(about["drake"], about["independent"]) < 1e-9, column
+        assert max(about["drake"], about["independent"]) < 5e-9, column
 
 
 @pytest.mark.slow
@@ -127,3 +129,16 @@ def test_what_cannot_be_read_is_said_in_one_line(tmp_path, capsys, monkeypatch):
         said_of_it = capsys.readouterr().err
         assert said in said_of_it
         assert said_of_it.count("\n") == 1
+
+
+def test_a_located_peak_does_not_depend_on_the_accuracy_as_the_largest_value_at_a_step_does():
+    """The numbers of docs/clearance_benchmark.md."""
+    found = {}
+    for accuracy in (1e-6, 1e-10):
+        system = linkages.load(
+            BENCHMARK / "dry_slider_crank" / "machine.toml", {"solver.accuracy": accuracy, "duration": 0.012}
+        )
+        run = linkages.simulate(system)
+        found[accuracy] = max(one.peak_force for one in linkages.impacts(run, ["B"])), run["B.force"].max()
+    assert found[1e-6] == pytest.approx((45944.0, 45835.0), abs=1.0)
+    assert found[1e-10] == pytest.approx((45944.1, 45936.0), abs=1.0)

@@ -20,7 +20,7 @@ def machine():
     return Machine([0.30, 0.21, 0.14], [1e-5, 2.5e-4, 1e-4], guess, pins, [2], driven, clearances=[joint])
 
 
-def solution(most=8):
+def solution(most=5):
     """Return the first contacts."""
     return machine().contacts(most, free_step=1e-5, contact_step=1e-6)
 

@@ -970,3 +970,15 @@ def test_a_cell_that_overflows_in_its_unit_is_named(tmp_path):
     path.write_text("t [s],f [kN]\n0,1\n1,1e307\n2,3\n")
     with pytest.raises(ValueError, match=r'column "f" has 1e\+307 kN in row 2, too large in N'):
         read_recording(path).column("f", "N")
+
+
+def test_the_fitted_experiment_finds_the_data_files_of_its_drives(tmp_path):
+    """It is written into another folder than the experiment."""
+    path = oscillator(tmp_path)
+    text = EXPERIMENT.replace("torque = 0.0\n", 'file = "push.csv"\ntorque = "push"\ndeviation = 0.0\n')
+    (tmp_path / "oscillator.toml").write_text(text)
+    push = np.column_stack([np.linspace(0.0, 2.5, 20), np.zeros(20)])
+    np.savetxt(tmp_path / "push.csv", push, delimiter=",", header="time,push", comments="")
+    assert main(["identify", str(path), "--out", str(tmp_path / "out" / "result"), "--no-plots"]) == 0
+    fitted = linkages.load(tmp_path / "out" / "result" / "fitted.toml")
+    assert linkages.simulate(fitted, "compiled").time[-1] == 2.0
