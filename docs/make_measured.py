@@ -46,7 +46,7 @@ def draw(axes: Axes, folder: Path, shown: Shown) -> None:
     """Draw samples and computed curve of a part; a line where the prediction begins."""
     found = json.loads((folder / shown.result / "result.json").read_text())
     system = linkages.load(folder / shown.result / "fitted.toml")
-    run = linkages.simulate(system.replaced({"duration": min(float(system.duration), shown.part[1] + 0.2)}))
+    run = linkages.simulate(system.replaced({"duration": shown.part[1] + 0.2}))
     times = np.linspace(*shown.part, 2000)
     curve = run.evaluate(times)[shown.output]
     samples = measured(folder, shown, found)
@@ -83,7 +83,7 @@ def main() -> None:
         for axes, (name, shown) in zip(figure.subplots(2, 2).flat, PANELS.items(), strict=True):
             draw(axes, given[name], shown)
             axes.set_title(name.replace("_", "-").replace("double-pendulum", "double pendulum"), loc="left", fontsize=8)
-        figure.axes[0].legend(frameon=False, fontsize=7, loc="lower left")
+        figure.axes[0].legend(frameon=False, fontsize=7, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
         figure.savefig(HERE / "figures" / "measured_machines.png", dpi=150)
 
 

@@ -47,7 +47,7 @@ def test_every_reference_has_its_checksum():
 
 def test_every_statement_has_the_same_law():
     for title, names in (
-        ("short film", ("main_bearing", "four_bar", "press")),
+        ("## Law: short film", ("main_bearing", "four_bar", "press")),
         ("## Laws: dry contact", ("bouncing_journal", "dry_slider_crank")),
     ):
         texts = {law(name, title) for name in names}
