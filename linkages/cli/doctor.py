@@ -26,8 +26,8 @@ HELP = "check the installation: versions, caches, data, a self-check"
 
 EXAMPLES = """examples:
   linkages doctor
-  linkages doctor > installation.txt        to send with a bug report
-  linkages doctor --compile                 no command waits for the compiler later
+  linkages doctor > installation.txt   to send with a bug report
+  linkages doctor --compile            no command waits for the compiler
 """
 _NAMES = 27  # widest check [columns]
 _PLACE = "set NUMBA_CACHE_DIR to a writable folder"
