@@ -64,7 +64,9 @@ class ExampleRunner(doctest.DocTestRunner):
         super().report_unexpected_exception(out, test, example, exc_info)
 
 
-@pytest.fixture(autouse=True)
-def skip_without_drake(monkeypatch):
-    if MISSING:
-        monkeypatch.setattr(packages, "_missing", _skip_what_needs_drake)
+@pytest.fixture(autouse=True, scope="session")  # fixtures of modules may need Drake
+def skip_without_drake():
+    with pytest.MonkeyPatch.context() as patch:
+        if MISSING:
+            patch.setattr(packages, "_missing", _skip_what_needs_drake)
+        yield

@@ -5,6 +5,7 @@
 | compile      | `kernel`, `inlined_kernel`, `lazy_kernel`: the compiler of all numerical kernels |
 | stored       | code of functions: loaded from disk, or compiled and kept there                |
 | external     | external functions: compiled or loaded once, called at their address           |
+| passing      | how external functions take and return vectors                                 |
 | lazy_calls   | calls of lazy kernels, which the first call compiles or loads                  |
 | law_calls    | calls of force laws at an address                                              |
 | by_reference | named tuples passed by reference                                               |

@@ -9,6 +9,7 @@ from typing import Any
 
 from llvmlite import ir
 
+from linkages.base.kernel import passing
 from linkages.base.kernel.private import c_function, one_thread
 from linkages.base.kernel.stored import PREFIX, alive, link, name_of, obtain
 
@@ -21,7 +22,8 @@ def external(function: Any, kinds: tuple[Any, ...], result: Any) -> str:
         if not alive.get(symbol):
             alive[symbol] = None
             try:
-                made = obtain(name, function, partial(c_function, kinds=kinds, result=result, error_model="numpy"))
+                types = {"kinds": kinds, "result": result, "entry": passing.entry}
+                made = obtain(name, function, partial(c_function, **types, error_model="numpy"))
             except BaseException:
                 del alive[symbol]
                 raise
@@ -43,12 +45,13 @@ def call_symbol(function: Any, context: Any, builder: Any, signature: Any, value
     symbol = external(function, signature.args, signature.return_type)
     kind = _kind(context, signature.return_type, values)
     known = builder.module.globals.get(symbol)
-    return builder.call(known or ir.Function(builder.module, kind, symbol), values)
+    return passing.call(builder, known or ir.Function(builder.module, passing.passed(kind), symbol), kind, values)
 
 
 def call_address(context: Any, builder: Any, place: Any, result: Any, values: Sequence[Any]) -> Any:
     """Write a call of the external function at an address."""
-    return builder.call(builder.inttoptr(place, _kind(context, result, values).as_pointer()), values)
+    kind = _kind(context, result, values)
+    return passing.call(builder, builder.inttoptr(place, passing.passed(kind).as_pointer()), kind, values)
 
 
 def _kind(context: Any, result: Any, values: Sequence[Any]) -> Any:

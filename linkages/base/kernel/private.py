@@ -127,6 +127,7 @@ class Stored:
     def __init__(self, content: bytes = b"", symbols: Any = ()) -> None:
         self.content, self.symbols, self.counts = content, set(symbols), False
         self._result: Any = None  # of the compilation
+        self.complete: Callable[[Any], object] = lambda result: None  #: is called with it, before it is final
 
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Return the code, None if the function is to be compiled."""
@@ -138,6 +139,7 @@ class Stored:
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep the compiled code."""
         self._result = result
+        self.complete(result)
 
     def flush(self) -> None:
         """Do nothing: the code fits its fingerprint."""
@@ -157,6 +159,11 @@ class Stored:
             self.content = pickle.dumps((name, code))
         self._note(text)
 
+    @property
+    def library(self) -> Any:
+        """The library with the compiled code."""
+        return self._result.library
+
     def object_code(self) -> tuple[str, bytes]:
         """Return name and object code of the C function, all that it calls being loaded."""
         self._load_called()
@@ -174,15 +181,32 @@ class Stored:
             cpu_target.target_context.refresh()  # imports half of numba, which few kernels need
 
 
-def c_function(function: Callable[..., Any], stored: Stored, kinds: Any, result: Any, **options: Any) -> Any:
-    """Compile or load a C function; its attribute `address` is its address."""
+def c_function(
+    function: Callable[..., Any], stored: Stored, kinds: Any, result: Any, entry: Callable[..., str], **options: Any
+) -> CFunction:
+    """Compile or load a C function.
+
+    ``entry(module, name, type)`` writes the function that callers reach, which calls this one, and returns its name.
+    """
     if stored.content:
         return restored(stored)
+    names: list[str] = []
     made: Any = CFunc(function, (kinds, result), {}, options)
-    made._cache = stored
+    made._cache, stored.complete = stored, lambda result: names.append(_with_entry(result, entry))
     made.compile()
-    stored.keep_object_code(made.native_name, made.inspect_llvm())
-    return made
+    stored.keep_object_code(names[0], made.inspect_llvm())
+    return CFunction(stored.library.get_pointer_to_function(names[0]), made)
+
+
+def _with_entry(result: Any, entry: Callable[..., str]) -> str:
+    """Add the entry to a compiled C function, and return its name."""
+    context, made = cpu_target.target_context, result.fndesc
+    given_back, *taken = map(context.get_value_type, (made.restype, *made.argtypes))
+    module = context.create_module("entry")
+    name = entry(module, made.llvm_cfunc_wrapper_name, ir.FunctionType(given_back, taken))
+    if name != made.llvm_cfunc_wrapper_name:
+        result.library.add_ir_module(module)
+    return name
 
 
 def python_function(function: Callable[..., Any], stored: Stored, kinds: Any, **options: Any) -> Any:
@@ -196,9 +220,10 @@ def python_function(function: Callable[..., Any], stored: Stored, kinds: Any, **
 
 
 class CFunction(NamedTuple):
-    """A C function that was loaded."""
+    """A C function that was compiled or loaded."""
 
     address: int
+    owner: Any = None  #: of its code
 
 
 _loaded: dict[str, CFunction] = {}  #: by name

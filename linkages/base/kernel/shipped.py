@@ -2,7 +2,7 @@
 
 A wheel may have it (`hatch_build.py`). It serves processors of this level, with the versions of Python, numba and numpy
 that it was compiled with; its names say so, as those of all compiled code do (`linkages.base.kernel.fingerprint`).
-Everything else is compiled as ever.
+Everything else is compiled as ever, for this processor. Each may call the other (`linkages.base.kernel.passing`).
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ ARCHIVE = Path(__file__).with_name("kernels.zip")
 def fits() -> bool:
     """Whether this processor has the level, and numba compiles for it and no other."""
     own = binding.get_host_cpu_features()
-    return getattr(numba.config, "CPU_NAME", None) is None and all(own.get(name, False) for name in _FEATURES)
+    another = any(getattr(numba.config, f"CPU_{what}", None) is not None for what in ("NAME", "FEATURES"))
+    return not another and all(own.get(name, False) for name in _FEATURES)
 
 
 @cache
