@@ -35,8 +35,8 @@ STAGES = 3
 class Steps(NamedTuple):
     """Steps of a run: times (nt,), states (nt, ny), and memory (nt, nm).
 
-    The memory begins with what contacts remember, see `record_memory`. The outputs of a job follow or, if requested,
-    increments (ny, STAGES) of the stages of the step that ends at each time.
+    The memory begins with what contacts remember, see `record_memory`. If requested, increments (ny, STAGES) of the
+    stages of the step that ends at each time follow.
     """
 
     times: Array
