@@ -17,16 +17,13 @@ from linkages.engines.compiled.run.methods import attempt
 from linkages.engines.compiled.run.model import Equations
 from linkages.mechanics.integrate.implicit import set_last_step
 from linkages.mechanics.integrate.stepper import LAST, OF, Stepper, copy, restart
-from linkages.mechanics.integrate.tableau import RADAU_IIA_5
-from linkages.mechanics.planar.contact_memory import recorded, restore_memory
+from linkages.mechanics.planar.contact_memory import restore_memory
 from linkages.mechanics.planar.loop_dynamics import project
 from linkages.mechanics.planar.motion import last_start
 
 _MOST = 1000  # attempts within one step of a run, where Newton's method does not converge over all of it
 _APART = 0.1  # of a step: what others are away, at least, of which states lie on one curve with its own
 _CLOSED = 1e-14  # closure error that a projection leaves, in parts of the linkage's length
-
-_NODES = RADAU_IIA_5.c
 
 #: Stages of the implicit method.
 STAGES = 3
@@ -81,24 +78,6 @@ def around(times: Array, k: int) -> Indices:
     return np.array([before, k, k + 1, after])[first:count]
 
 
-@kernel(makes_arrays=True)
-def _predict(equations: Equations, s: Stepper, steps: Steps, k: int, now: float) -> None:
-    """Set the last step from the stages of step k, if they were recorded, otherwise from the states around it."""
-    first, start, size = recorded(equations.work.memory), steps.times[k], steps.times[k + 1] - steps.times[k]
-    if steps.memory.shape[1] == first:
-        set_last_step(s, now, size, steps.times, steps.states, around(steps.times, k))
-        return
-    ny, row = steps.states.shape[1], steps.memory[k + 1]
-    times, states = np.empty(STAGES + 1), np.empty((STAGES + 1, ny))
-    times[0] = start
-    copy(steps.states[k], states[0])
-    for stage in range(STAGES):
-        times[1 + stage] = start + _NODES[stage] * size
-        for i in range(ny):
-            states[1 + stage, i] = steps.states[k, i] + row[first + STAGES * i + stage]
-    set_last_step(s, now, size, times, states, np.arange(STAGES + 1))
-
-
 @kernel
 def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: float, y: Array) -> int:
     """Fill y with the state at time t of a run, NaN if it cannot be had; leave the equations solved there.
@@ -119,7 +98,8 @@ def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: 
         while now + h > now and attempts < _MOST:
             attempts += 1
             if equations.implicit and s.memory[LAST] == 0.0:
-                _predict(equations, s, steps, k, now)
+                # from states alone: the numbers of a run do not depend on whether its stages were recorded
+                set_last_step(s, now, steps.times[k + 1] - start, steps.times, steps.states, around(steps.times, k))
             error, _ = attempt(equations, s, now, h, y, True)
             if not error <= 1.0:  # Newton's method did not converge over so long a step
                 h *= 0.5
