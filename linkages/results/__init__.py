@@ -9,6 +9,7 @@
 | quadrature        | samples of a column for its mean and integral                             |
 | statistic_derivatives | derivatives of statistics over windows of a run                       |
 | characteristics   | extremes, forces, torques, work and contacts of a run or a part of it     |
+| start_up          | end of the start-up: journals cross clearances, films take up their loads |
 | steady_state      | classification of the motion at the end of a run, and its steady cycle    |
 | akima             | interpolation between samples                                             |
 | measured          | comparison of measured with computed curves                               |

@@ -21,6 +21,7 @@ from linkages.results.impacts import Impact, impacts
 from linkages.results.measured import Measured, measured
 from linkages.results.peak_errors import noise
 from linkages.results.soundness import Soundness
+from linkages.results.start_up import start_up
 from linkages.results.steady_state import Motion, motion_of
 from linkages.results.trajectory import Trajectory, values_at
 from linkages.system import System
@@ -126,26 +127,8 @@ class Assessment(Brief):
 
     @cached_property
     def start_up(self) -> float | None:
-        """Return the time at which the start-up of the run ends [s]; None if no journal starts with free flight.
-
-        The start-up of a joint that touches ends with the first contact that is longer than the initial flight. A film
-        without contacts ends the flight when its force first comes within a tenth of the load, the force of the ideal
-        joint. If it then exceeds the load by more than a quarter, the start-up ends where it stays within a tenth of
-        the load for longer than the flight. The start-up of the run ends when all these joints have started up and
-        every drive has reached its speed; it may last longer than the run.
-        """
-        end, times = float(self.run.time[-1]), list[float]()
-        for joint in self.system.play:
-            rows = [row for row in self.contacts if row.owner == joint]
-            flight = min((row.start for row in rows), default=0.0)
-            if flight > 0.0:
-                times.append(min((row.start for row in rows if row.duration > flight), default=end))
-            elif not rows and self.ideal is not None:
-                carried = _carried(self.run, self.ideal, f"{joint}.force")
-                times += [] if carried is None else [carried]
-        if not times:
-            return None
-        return min(max(*times, self.system.ramp), end)
+        """Return the time at which the start-up of the run ends [s]; None if no journal starts with free flight."""
+        return start_up(self.system, self.run, self.ideal, self.contacts)
 
     @cached_property
     def difference(self) -> Trajectory:
@@ -255,17 +238,3 @@ def _judged(system: System) -> list[str]:
     bounded = {name for _, name in system.acting if name not in system.tree.coupled}
     peaks = [column for column in peak_columns(system) if not column.endswith(".tilting_moment")]
     return [*system.settings.outputs, *(column for column in peaks if column.rpartition(".")[0] not in bounded)]
-
-
-def _carried(run: Trajectory, ideal: Trajectory, force: str) -> float | None:
-    """Find the time from which a film carries its load [s]; None if its force never overshoots before."""
-    times = run.time[run.time <= ideal.time[-1]]
-    load = np.interp(times, ideal.time, ideal[force])
-    excess = (run[force][: len(times)] - load) / np.maximum(load, np.finfo(float).tiny)
-    flight = float(times[np.argmax(excess >= -numerics.ASSESSMENT_CARRIED)])
-    edges = np.flatnonzero(np.diff(np.abs(excess) <= numerics.ASSESSMENT_CARRIED, prepend=False, append=False))
-    begins, ends = edges[::2], edges[1::2] - 1
-    long = begins[times[ends] - times[begins] > flight]
-    if flight == 0.0 or not len(long) or excess[: long[0]].max() <= numerics.ASSESSMENT_OVERSHOOT:
-        return None
-    return float(times[long[0]])

@@ -12,8 +12,6 @@ COMPARED = 500  # [1] times at which two runs are compared: a difference between
 # assessment: long runs, and their start
 ASSESSMENT_CYCLES = 20  # [1] cycles of a periodic motion that stand for all of them in errors and figures
 ASSESSMENT_LONG = 5  # [1] run over these cycles from which it is long
-ASSESSMENT_CARRIED = 0.1  # [ideal force] difference within which a film carries its load
-ASSESSMENT_OVERSHOOT = 0.25  # [ideal force] excess before that from which there was a start-up
 ASSESSMENT_TAKEN_UP = 0.005  # [run] time in which a centred journal takes up its load: in microseconds in fact
 
 # divergence: when two runs part
@@ -44,6 +42,11 @@ SOUNDNESS_TAKES_PART = 0.1  # [largest] component from which a joint takes part 
 SOUNDNESS_NEARBY = 1e-3  # [rad, or linkage lengths] distance at which the tangent of the motion is taken
 SOUNDNESS_STEP = 1e-5  # [rad, or linkage lengths] of differences of the closure's Jacobian
 SOUNDNESS_ALONE = 1e-2  # [1] ratio of singular values of second order above which no other branch passes
+
+# start_up: until films carry their loads
+START_UP_CARRIED = 0.1  # [ideal force] difference within which a film carries its load
+START_UP_OVERSHOOT = 0.25  # [ideal force] excess before that from which there was a start-up
+START_UP_LOADED = 3.0  # [flight of a journal] time in which a film takes up its load to a thousandth
 
 # statistic_derivatives
 STATISTIC_DERIVATIVES_POINTS = 3  # [1] of Gauss's quadrature within a step; one more gives its error

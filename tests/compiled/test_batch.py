@@ -246,3 +246,13 @@ def test_a_batch_shows_its_progress_on_a_terminal_unless_the_caller_does(monkeyp
     assert bars[0].settings["disable"] is None  # for tqdm: where there is no terminal
     simulate_batch(system, outputs=["B.force"], progress=parts.append)
     assert (len(bars), parts[-1]) == (1, 1.0)
+
+
+def test_a_batch_of_an_implicit_method_has_the_numbers_of_a_run_at_the_ends_of_windows():
+    """A replayed step is predicted by what its run has recorded: never by columns of outputs, however many there are."""
+    system = shipped("slider_crank_flexible", duration=0.02)
+    names, end = ["slider.ax", "slider.x", "B.force", "B.eccentricity_ratio"], 0.0171
+    exact = simulate(system, "compiled").evaluate(np.array([end]))
+    for count in (1, 2, 4):
+        found = simulate_batch(system, outputs=names[:count], windows=[[0.0031, end]]).last[0, 0]
+        np.testing.assert_allclose(found, [exact[name][0] for name in names[:count]], rtol=1e-13)

@@ -177,7 +177,7 @@ def _effect(shown: dict[str, Any], warned: Sequence[dict[str, Any]]) -> str:
     told = [f"{lead}{listed(said)}"] if said else []
     if unknown:
         told.append(f"the force{'s'[: len(unknown) > 1]} in {words.some(unknown)} {words.reason(warned, len(unknown))}")
-    told += [] if any(every.values()) else _unloaded(shown, warned)
+    told += [] if unknown or any(every.values()) else _unloaded(shown, warned)
     return _sentence("; ".join(told))
 
 

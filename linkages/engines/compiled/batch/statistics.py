@@ -31,20 +31,20 @@ NO_IDEAL = 5
 
 
 @kernel(makes_arrays=True)
-def summarise(job: Job, steps: Steps, valid: float, out: Array) -> bool:
+def summarise(job: Job, steps: Steps, outputs: Array, valid: float, out: Array) -> bool:
     """Fill `STATISTICS` (nw, no, ns) of a run over the job's windows; returns False if the ideal linkage is open.
 
-    The job's contacts remember nothing. After what contacts remember, the steps' memory has the outputs (nt, no); they
-    are filled here unless `knows_outputs`. Windows that do not end before the time `valid` [s] get NaN.
+    The job's contacts remember nothing. The outputs (nt, no) at the steps are filled here unless `knows_outputs`.
+    Windows that do not end before the time `valid` [s] get NaN.
     """
-    sampler, first = reference(Sampler(job, steps)), recorded(job.equations.work.memory)
+    sampler = reference(Sampler(job, steps))
     if not knows_outputs(job):
         for i in range(len(steps.times)):
             if not asked(job, steps.times[i], valid):
                 continue
             remember(job.equations, steps, i)
             solve_state(job.equations, steps.times[i], steps.states[i])
-            if not look(job, steps.times[i], steps.memory[i, first:]):
+            if not look(job, steps.times[i], outputs[i]):
                 return False
     no, search = len(job.outputs), np.empty((3, 3))
     times, values = np.empty(len(steps.times) + 4), np.empty((no, len(steps.times) + 4))
@@ -54,7 +54,7 @@ def summarise(job: Job, steps: Steps, valid: float, out: Array) -> bool:
         if not job.windows[m, 1] < valid:
             out[m] = math.nan
             continue
-        count = _fill(sampler, job.windows[m, 0], job.windows[m, 1], times, values)
+        count = _fill(sampler, outputs, job.windows[m, 0], job.windows[m, 1], times, values)
         all_count = _fill_sides(sampler, times[:count], values, sides, jumping) if count > 0 else 0
         if all_count > 0:
             _averages(sampler, sides[:all_count], jumping[:, :all_count], middles[:, : all_count - 1], out[m])
@@ -71,13 +71,12 @@ def summarise(job: Job, steps: Steps, valid: float, out: Array) -> bool:
 
 
 @kernel
-def _fill(sampler: Sampler, start: float, end: float, times: Array, values: Array) -> int:
-    """Fill the samples of a window, its steps and its ends, (n,) and (no, n); return n, or -1.
+def _fill(sampler: Sampler, outputs: Array, start: float, end: float, times: Array, values: Array) -> int:
+    """Fill the samples of a window: outputs (nt, no) at its steps, and those at its ends; return their number n, or -1.
 
     -1 if the ideal linkage is open.
     """
-    steps, job, count = sampler.steps, sampler.job, 0
-    grid, first = steps.times, recorded(job.equations.work.memory)
+    grid, count = sampler.steps.times, 0
     begin_at, end_at = np.searchsorted(grid, start), np.searchsorted(grid, end, side="right")
     if begin_at == end_at or grid[begin_at] > start:
         if not _put(sampler, start, times, values, count):
@@ -87,7 +86,7 @@ def _fill(sampler: Sampler, start: float, end: float, times: Array, values: Arra
         if count and grid[i] == times[count - 1]:  # an event without a step: the state after it counts
             count -= 1
         times[count] = grid[i]
-        copy(steps.memory[i, first:], values[:, count])
+        copy(outputs[i], values[:, count])
         count += 1
     if times[count - 1] < end:
         if not _put(sampler, end, times, values, count):
@@ -211,7 +210,7 @@ def restore(memory: Indices, initial: Indices, columns: Indices, words: Indices)
         memory[columns[k]] = words[k]
 
 
-@kernel
+@kernel(makes_arrays=True)
 def run_rows(
     job: Job,
     memory: Indices,
@@ -239,10 +238,15 @@ def run_rows(
         record = integrate(job, stop, ended[i, 1:2])
         if record.status == PAUSED and stop[0]:
             return
-        steps, status = Steps(record.times, record.states, record.observed), record.status
+        # what contacts remember, and the outputs: a replay takes further columns for stages of an implicit method
+        first, status = recorded(job.equations.work.memory), record.status
+        steps, outputs = (
+            Steps(record.times, record.states, record.observed[:, :first].copy()),
+            record.observed[:, first:],
+        )
         end = steps.times[len(steps.times) - 1]
         restore(memory, initial, columns, words[i])
-        if not summarise(job, steps, math.inf if status == DONE else end, found[i]):
+        if not summarise(job, steps, outputs, math.inf if status == DONE else end, found[i]):
             status, end = NO_IDEAL, 0.0
             found[i] = math.nan
         known = np.searchsorted(times, end, side="right")

@@ -32,8 +32,8 @@ STAGES = 3
 class Steps(NamedTuple):
     """Steps of a run: times (nt,), states (nt, ny), and memory (nt, nm).
 
-    The memory begins with what contacts remember, see `record_memory`. The outputs of a job follow or, if requested,
-    increments (ny, STAGES) of the stages of the step that ends at each time.
+    The memory begins with what contacts remember, see `record_memory`. If requested, increments (ny, STAGES) of the
+    stages of the step that ends at each time follow.
     """
 
     times: Array
@@ -98,6 +98,7 @@ def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: 
         while now + h > now and attempts < _MOST:
             attempts += 1
             if equations.implicit and s.memory[LAST] == 0.0:
+                # from states alone: the numbers of a run do not depend on whether its stages were recorded
                 set_last_step(s, now, steps.times[k + 1] - start, steps.times, steps.states, around(steps.times, k))
             error, _ = attempt(equations, s, now, h, y, True)
             if not error <= 1.0:  # Newton's method did not converge over so long a step
