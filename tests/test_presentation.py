@@ -208,7 +208,7 @@ def test_tables_figures_and_pages_have_the_units_of_the_option(study, tmp_path, 
     assert main(["report", str(tmp_path / "mm"), "--units", UNITS]) == 0
     page = (tmp_path / "mm" / "report.html").read_text(encoding="utf-8")
     assert "Acceleration x of slider [mm/s²]" in page
-    assert '"name": "slider.x", "unit": "mm"' in page
+    assert re.search(r'"name": "slider.x"[^}\[]*"unit": "mm"', page)
     assert main(["export", str(tmp_path / "mm"), "--to", "csv", "--units", UNITS]) == 0
     head, first, *_ = (tmp_path / "mm" / "trajectory.csv").read_text().splitlines()
     column = head.split(",").index("slider.x [mm]")
