@@ -167,7 +167,7 @@ def test_a_report_has_pinned_runs_and_notes(page):
     press(page, "close")
     page.button("report")
     text = page.wait(lambda: page.browser.execute_script("return window.written[0]"))
-    for part in ("thin &amp; fast", "pin 1", "now", "joints.A.clearance", "<svg", "Force of A", "linkages "):
+    for part in ("thin &amp; fast", "pin 1", "now", "joints.A.clearance", "<svg", "Force in A", "linkages "):
         assert part in text
     assert not re.search(r'(?:src|href)="(?!data:|#)', text)
     assert "<curves" not in text

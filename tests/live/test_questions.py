@@ -65,7 +65,7 @@ def number(page, name, column="now"):
 def test_which_clearance_doubles_the_force_of_b(page):
     """None does; one of 0.78 mm brings the journal to 0.9 of it."""
     sweep(page, "joints.B.clearance")
-    assert Select(page.one(".panel select")).first_selected_option.text == "Force of B"
+    assert Select(page.one(".panel select")).first_selected_option.text == "Force in B"
     assert "N is reached nowhere in this range" in want(page, "× 2")
     want(page, "0.9", "B.eccentricity_ratio")
     page.one(".panel p button").click()
@@ -166,7 +166,7 @@ def test_how_much_lighter_may_a_link_be(page):
     page.settle()
     assert number(page, "link6.stress") > 0.0
     sweep(page, HEIGHT)
-    assert Select(page.one(".panel select")).first_selected_option.text == "Stress of link6"
+    assert Select(page.one(".panel select")).first_selected_option.text == "Largest stress in link6"
     want(page, "0.7")
     page.one(".panel p button").click()
     page.settle()

@@ -74,6 +74,7 @@ def write_result_report(folder: Path, path: Path) -> None:
         remarks=record["answer"],
         text="" if worn else record["table"],
         tables=[_joints(worn), _peaks(worn), _stages(worn)] if worn else [page_table(one) for one in record["tables"]],
+        animated="Growing pockets" if worn else "",
         animation=next((page for name in _MOVING if (page := read_page(folder / name)) is not None), None),
         figures=[
             {"caption": _caption(one.stem), "source": data_uri(one), "answer": described(one) or _caption(one.stem)}
