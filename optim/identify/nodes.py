@@ -14,11 +14,9 @@ from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from linkages.base.arrays import Array
+from optim.identify.numerics import NODES_AT_ONCE, NODES_FINEST, NODES_LAST
 
 NODES = 10  # of a step
-_LAST = 2  # coefficients that show whether a polynomial has converged
-_FINEST = 1e-8  # least tolerance: derivatives of stiff films have rounding errors of this size
-_AT_ONCE = 20000  # times that are interpolated together
 
 #: Chebyshev's nodes of the first kind: inside the step, since columns jump where it begins or ends.
 _PLACES = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
@@ -45,7 +43,7 @@ def between_nodes(steps: Array, times: Array, evaluate: Callable[[Array], Array]
         return evaluate(times)
     starts, sizes = steps[crowded], steps[crowded + 1] - steps[crowded]
     nodes = starts[:, None] + 0.5 * sizes[:, None] * (1.0 + _PLACES)
-    coefficients, converged = _polynomials(evaluate(nodes.ravel()), max(tolerance, _FINEST))
+    coefficients, converged = _polynomials(evaluate(nodes.ravel()), max(tolerance, NODES_FINEST))
     index = np.full(len(steps), -1)
     index[crowded[converged]] = np.flatnonzero(converged)
     inner = index[places] >= 0
@@ -54,7 +52,7 @@ def between_nodes(steps: Array, times: Array, evaluate: Callable[[Array], Array]
         halves = (starts + 0.5 * sizes)[~converged]
         result[:, ~inner] = between_nodes(np.sort(np.append(steps, halves)), times[~inner], evaluate, tolerance)
     of = np.flatnonzero(inner)
-    for part in np.array_split(of, -(-len(of) // _AT_ONCE) or 1):
+    for part in np.array_split(of, -(-len(of) // NODES_AT_ONCE) or 1):
         step = index[places[part]]
         weights = chebyshev.chebvander(2.0 * (times[part] - starts[step]) / sizes[step] - 1.0, NODES - 1)
         for row, own in zip(result, coefficients, strict=True):
@@ -71,6 +69,6 @@ def _polynomials(values: Array, tolerance: float) -> tuple[Array, NDArray[np.boo
     unknown = np.isnan(table)
     coefficients = table @ _TO_COEFFICIENTS.T
     size = np.sqrt(np.mean(np.nan_to_num(table) ** 2, axis=(1, 2)))[:, None]
-    last = np.max(np.abs(np.nan_to_num(coefficients[:, :, -_LAST:])), axis=2)
+    last = np.max(np.abs(np.nan_to_num(coefficients[:, :, -NODES_LAST:])), axis=2)
     partly = unknown.any(axis=2) & ~unknown.all(axis=2)
     return coefficients, np.all((last <= tolerance * size) & ~partly, axis=0)

@@ -72,6 +72,11 @@ LOAD_BEFORE = 1e-2  # [duration] data before the start of the run, where it cont
 LOAD_LONGEST = 100.0  # [duration] last time of data: longer ones have a wrong unit
 LOAD_LARGEST = 1e100  # [SI] sample: sums of squares are numbers
 
+# nodes
+NODES_LAST = 2  # [1] coefficients that show whether a polynomial has converged
+NODES_FINEST = 1e-8  # [1] least tolerance: derivatives of stiff films have rounding errors of this size
+NODES_AT_ONCE = 20000  # [1] times that are interpolated together: memory
+
 # plan
 PLAN_NOISE = 0.01  # [spread of the output] deviation of a sensor that is proposed
 PLAN_PROPOSED = 3  # [1] sensors that are proposed
