@@ -83,7 +83,9 @@ def main() -> None:
         for axes, (name, shown) in zip(figure.subplots(2, 2).flat, PANELS.items(), strict=True):
             draw(axes, given[name], shown)
             axes.set_title(name.replace("_", "-").replace("double-pendulum", "double pendulum"), loc="left", fontsize=8)
-        figure.axes[0].legend(frameon=False, fontsize=7, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
+        figure.axes[0].legend(
+            frameon=False, fontsize=7, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0
+        )
         figure.savefig(HERE / "figures" / "measured_machines.png", dpi=150)
 
 
