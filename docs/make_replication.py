@@ -44,7 +44,7 @@ For readers who want evidence: printed results of two sources compared with resu
 
 Rows that hold, by kind. A *fitted* number takes part in the choice of conditions that the source does not print. *Open* rows fail without a confirmed cause.
 
-{counts()}
+{counts().replace("(replication.md#", "(#")}
 
 ## The press
 

@@ -59,7 +59,7 @@ def want(page, text, output=None):
 
 
 def number(page, name, column="now"):
-    return float(page.table()[name][column].removesuffix(" %").replace("−", "-"))
+    return float(page.table()[name][column].split()[0].replace("−", "-"))
 
 
 def test_which_clearance_doubles_the_force_of_b(page):

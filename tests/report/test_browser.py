@@ -106,7 +106,7 @@ def test_every_figure_renders_and_can_be_enlarged(page, results_folder):
     is_open, width, alt = page.seen["enlarged"]
     assert is_open
     assert width == page.seen["figures"][1][0]
-    assert alt.startswith("Coupler: acceleration ax: ")
+    assert alt.startswith("Acceleration x of coupler: ")
     assert page.seen["overflow"] <= 0  # nothing sticks out of the page
 
 

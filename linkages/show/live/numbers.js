@@ -57,7 +57,7 @@ export function numbers(page) {
     const [low, high] = [least, most].map((one) => shown(one, 3)), differ = state.view.settled && low !== high;
     const periods = make("div", {class: "periods", title: "smallest and largest peak of single periods"}, differ ? `${low} to ${high}` : "");
     const first = make("span", {}, label, make("small", {}, unit)), now = make("span", {title: `${value ?? "no value"} ${si}`}, shown(value));
-    return [first, make("span", {}, now, ...(differ ? [periods] : [])), shown(before), changeOf(value, before),
+    return [first, make("span", {}, now, ...(differ ? [" ", periods] : [])), shown(before), changeOf(value, before),
       make("span", {}, limitField(name, label, unit, factor), ...margin(state.limits[name], value))];
   }
   function limitField(name, label, unit, factor) {

@@ -198,7 +198,7 @@ def _stress(results: RobotResults) -> Figure:
         left.set(xlabel="time [s]", ylabel=f"{link.name}: stress in\nthe outer fibre [kPa]")
         right.plot(1e3 * link.s, 1e-3 * link.axial[pose], color=COLORS[2], ls="--", lw=1.2, label="axial")
         right.plot(1e3 * link.s, 1e-3 * link.bending[pose], color=COLORS[1], lw=1.2, label="bending")
-        right.set_xlabel(f"along the rod [mm], t = {time[pose]:.2f} s")
+        right.set_xlabel(f"along the rod [mm]\nat {time[pose]:.2f} s")
         right.set_ylabel("stress [kPa]")
         _legend_above(left)
         _legend_above(right)
