@@ -155,7 +155,7 @@ def test_plans_name_what_a_run_needs(engine, settings):
     """A run of the press needs few kernels outside its engine's plan, and the plan has few others.
 
     What differs are the laws (of the film, of the contact; each for floats and for duals) and what the drop test has not:
-    loops, drives, and the formulas of their outputs.
+    loops, drives, the formulas of their outputs, and for each duty the loop over contacts of the machine's kind.
     """
 
     def loaded(what):
@@ -166,7 +166,7 @@ def test_plans_name_what_a_run_needs(engine, settings):
     loaded(run)  # what compiles has the parts of kernels too
     ran, planned = loaded(run), loaded(WORK.format(engine, settings))
     assert len(ran) > 50
-    assert len(ran ^ planned) <= len(ran) // 8
+    assert len(ran ^ planned) <= len(ran) // 7
 
 
 def test_processors_are_those_that_may_be_used():
