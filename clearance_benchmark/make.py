@@ -28,6 +28,7 @@ from linkages import Trajectory
 
 HERE = Path(__file__).resolve().parent
 INDEX = HERE / "references.json"
+ARCHIVE = HERE / "clearance_benchmark.zip"
 PROBLEMS = "bouncing_journal", "dry_slider_crank", "main_bearing", "four_bar", "gear_pair", "press"
 #: Owners of the contacts of a problem, in the order of their numbers; the other references are curves.
 CONTACTS = {"bouncing_journal": ("O",), "dry_slider_crank": ("B",), "gear_pair": ("mesh.upper", "mesh.lower")}
@@ -150,18 +151,19 @@ def draw(name: str) -> None:
         shutil.copy(Path(folder, "drawing.svg"), HERE / name)
 
 
+def packed() -> list[Path]:
+    """List the files of the archive, which need nothing of this project."""
+    shared = [HERE / name for name in ("README.md", "bodies.py", "compare.py", INDEX.name)]
+    own = [
+        path for name in PROBLEMS for path in (HERE / name).iterdir() if path.suffix in (".md", ".py", ".csv", ".svg")
+    ]
+    return sorted([*shared, *own])
+
+
 def pack() -> None:
     """Write the archive."""
-    files = [
-        *HERE.glob("*.py"),
-        HERE / "README.md",
-        INDEX,
-        *(path for name in PROBLEMS for path in (HERE / name).iterdir()),
-    ]
-    with zipfile.ZipFile(HERE / "clearance_benchmark.zip", "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in sorted(
-            path for path in files if path.name not in ("make.py", "machine.toml", "bouncing_journal.sdf")
-        ):
+    with zipfile.ZipFile(ARCHIVE, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in packed():
             archive.write(path, path.relative_to(HERE.parent))
 
 

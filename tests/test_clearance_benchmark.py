@@ -2,6 +2,7 @@
 
 import json
 import sys
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,13 @@ def test_every_reference_has_its_checksum():
     for name in make.PROBLEMS:
         assert make.digest(BENCHMARK / name / "reference.csv") == INDEX[name]["sha256"], name
     assert make.digest(BENCHMARK / make.STATISTICS / "statistics.csv") == INDEX["statistics"]["sha256"]
+
+
+def test_the_archive_is_fresh_and_needs_nothing_of_this_project():
+    with zipfile.ZipFile(make.ARCHIVE) as archive:
+        found = {name: archive.read(name) for name in archive.namelist()}
+    assert found == {path.relative_to(BENCHMARK.parent).as_posix(): path.read_bytes() for path in make.packed()}
+    assert not [name for name, content in found.items() if name.endswith(".py") and b"import linkages" in content]
 
 
 def test_every_statement_has_the_same_law():
