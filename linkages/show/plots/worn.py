@@ -82,7 +82,7 @@ def history_figure(found: Mapping[str, Any]) -> Figure:
             growth[name] = float(values[-1])
             unit = found.get("units", {}).get(name, "1")
             label = f"{name_of_output(name)}, new {quantity(first, unit, 3)}"
-            peaks.plot(middle, values, "o-", ms=3, lw=0.9, label=label, **look(k))
+            peaks.plot(middle, values, marker="o", ms=3, lw=0.9, label=label, **look(k))
         peaks.set(ylabel="mean peak of a cycle\nover the new one [1]", xlabel="cycles")
         for axis in (volume, length):
             axis.legend(fontsize=small_text())
